@@ -17,6 +17,7 @@ import logging
 import statistics
 import sys
 import time
+import tracemalloc
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -556,6 +557,24 @@ def flatness(models: Iterable[tuple[str, Model]], rounds: int, budget: float) ->
         print(row)
 
 
+def starting(sizes: Iterable[int]) -> None:
+    """What one more run of a machine costs: processor time, the least of many, and memory, the mean of many."""
+    print(f"\n{'start of a run':22}{'time':>12}{'memory':>12}")
+    for size in sizes:
+        machine = build(wide_model(size))
+        kept = [machine.start()]
+        times = []
+        for _ in range(300):
+            began = time.process_time_ns()
+            machine.start()
+            times.append(time.process_time_ns() - began)
+        tracemalloc.start()
+        kept += [machine.start() for _ in range(100)]
+        memory = tracemalloc.get_traced_memory()[0] / 100
+        tracemalloc.stop()
+        print(f"{f'{size} states':22}{min(times) / 1e3:9.1f} us{memory / 1e3:9.1f} KB")
+
+
 def main() -> None:
     """Print all tables."""
     warnings.simplefilter("ignore")
@@ -568,6 +587,7 @@ def main() -> None:
     flatness([(f"{size} states", wide_model(size)) for size in sizes], rounds, budget)
     print("\nthe same, through all states one after the other")
     flatness([(f"{size} states", wide_model(size, around=True)) for size in sizes], rounds, budget)
+    starting((10, 10_000))
     flatness([(f"depth {depth}", deep_model(depth)) for depth in (1, 2, 4, 8, 16, 32)], rounds, budget)
 
 

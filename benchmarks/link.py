@@ -194,7 +194,7 @@ def costs(rounds: int) -> None:
                 flat += [timed(bare.once) for _ in range(TICKS)]
         robots["over the link"].close()
     bare.close()
-    print(f"A tick of pledge in {MAZE}, {rounds} rounds of {TICKS} ticks in turn; ms, median and the round at rest\n")
+    print(f"A tick of pledge in {MAZE}, {rounds} rounds of {TICKS} ticks in turn; ms, median and the fastest round\n")
     print("| | a tick | ticks a second |\n|---|---|---|")
     for name, times in (took | {"bare ping-pong, one after the other": flat}).items():
         middle, least = statistics.median(times), min(in_rounds(times))

@@ -1,6 +1,6 @@
 """How fast the main job runs on one core, and where a tick's time goes, phase by phase.
 
-    python benchmarks/run.py [MACHINE] [--maze MAZE] [--runs N]
+    python benchmarks/run.py [MACHINE] [--maze MAZE] [--runs N] [--bare]
 
 The machine drives an embedded simulator, without trace or picture, a few times with different seeds; the figures are
 medians over all ticks of all runs after one that warms up. Perception is lazy: what it takes is part of the phase that
@@ -38,6 +38,7 @@ def main() -> None:
     parser.add_argument("machine", nargs="?", default="pledge")
     parser.add_argument("--maze", default="final_2015")
     parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--bare", action="store_true", help="print the factor by processor time alone")
     arguments = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
@@ -59,6 +60,9 @@ def main() -> None:
 
     run(0)
     runs = [run(seed) for seed in range(arguments.runs)]
+    if arguments.bare:
+        print(median(ending.duration / used for ending, used, _ in runs))
+        return
     console = Console()
     console.print(speed_table(arguments.machine, maze.name, [(ending, used) for ending, used, _ in runs]))
     console.print(phase_table([phases for _, _, kept in runs for phases in kept]))

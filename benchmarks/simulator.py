@@ -6,7 +6,8 @@
 
 Scenes are mazes drawn by seed; their walls are halved until there are this many segments. Times are those of one
 thread, medians over rounds in which the methods of a table take turns; ir-sim runs in a process of its own and takes
-its turn there. Without ir-sim its rows are left out.
+its turn there. Without ir-sim its rows are left out. The tables of whole ticks are those of the compiled kernels,
+if they were built; with MAZE_MACHINE_PLAIN=1 in the environment, those of the plain functions.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import resource
 import subprocess
 import sys
@@ -32,11 +32,12 @@ import shapely
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from sim.generate import Recipe, generate
-from sim.lidar import Kernel, Lidar, compiled, project
+from sim.lidar import Kernel, Lidar
 from sim.maze import Maze, Segments, Start
 from sim.noise import disturbed
 from sim.settings import LaserNoise
 from sim.simulation import Simulation
+from transport.compiled import TWINS
 from transport.description import RobotDescription
 from transport.messages import Command, Pose, Twist
 
@@ -128,10 +129,11 @@ def scans(rounds: int) -> None:
     for count in SCENES:
         maze = scene(count)
         pose = maze.start.pose
-        methods = {"numpy": noisy(project, maze), "pymunk, a query a beam *": by_pymunk(maze.walls, pose)}
+        project = TWINS["sim.project"]
+        methods = {"numpy": noisy(project.plain, maze), "pymunk, a query a beam *": by_pymunk(maze.walls, pose)}
         methods["shapely STRtree *"] = by_shapely(maze.walls, pose)
-        if compiled() is not None:
-            methods = {"numba": noisy(compiled(), maze), **methods}
+        if project.fast is not None:
+            methods = {"compiled": noisy(project.fast, maze), **methods}
         for name, seconds in turns(methods, rounds).items():
             each = seconds / (1 if name.endswith("*") else REPEATS)
             rows.setdefault(name, []).append(1e3 * each)
@@ -204,7 +206,6 @@ class IrSim:
 
 def ticks(rounds: int, irsim: str | None) -> None:
     """A whole tick of 0.1 s: ten physics steps, laser, noise, odometry, referee."""
-    compiled()  # what a long run has loaded anyway
     print("\nA tick of 0.1 s with everything: simulated time over processor time")
     worlds = {f"{count} segments": (scene(count), [RobotDescription()]) for count in SCENES}
     large = replace(generate(Recipe(columns=32, rows=32, loops=20), 1), time_limit=math.inf)
@@ -253,34 +254,6 @@ def _resident() -> float:
     return pages * resource.getpagesize() / 1e6
 
 
-def start_up() -> None:
-    """Time from nothing to the first scan in a new process, with machine code kept, compiled again, and without."""
-    if compiled() is None:
-        return
-    print("\nA new process until its first scan, s")
-    program = (
-        "import time; began = time.perf_counter()\n"
-        "from sim.lidar import Kernel, Lidar, compiled, project\n"
-        "from transport.description import RobotDescription\nfrom transport.messages import Pose\nimport numpy, sys\n"
-        "kernel = compiled() if sys.argv[1] == 'numba' else project\n"
-        "Lidar(RobotDescription().laser.geometry(), kernel=kernel).ranges(numpy.ones((1, 4)), Pose())\n"
-        "print(time.perf_counter() - began)"
-    )
-    with tempfile.TemporaryDirectory() as empty:
-        for name, kernel, cache in (
-            ("plain numpy", "numpy", None),
-            ("numba, compiled again", "numba", empty),
-            ("numba, machine code kept", "numba", empty),
-        ):
-            environment = dict(os.environ, PYTHONPATH=str(ROOT))
-            if cache is not None:
-                environment["NUMBA_CACHE_DIR"] = cache
-            run = subprocess.run(
-                [sys.executable, "-c", program, kernel], capture_output=True, text=True, check=True, env=environment
-            )
-            print(f"{name:26}{float(run.stdout):>8.2f}")
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
@@ -289,7 +262,6 @@ def main() -> None:
     rounds = 5 if arguments.quick else 31
     scans(rounds)
     ticks(rounds, arguments.irsim)
-    start_up()
     long_run(60.0 if arguments.quick else 3600.0)
 
 

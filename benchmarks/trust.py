@@ -4,8 +4,13 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
 
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
+    mutation [MACHINE ...]     each shipped machine: mutants killed by its tests, proved equivalent, left
+    regions [COUNT]            independent parallel regions of four states; six of them
     planted                    twenty mistakes in ten machines that are not robots in mazes
-    cross-check FROM TO RUNS   random machines, drawn from these seeds: what was proved against as many random runs
+    cross-check FROM TO RUNS [FILE]
+                               random machines, drawn from these seeds: what was proved against as many random runs;
+                               a file keeps what was found, so that a run that was stopped continues there.
+                               Machines from seed 1000000 on have events with data and deferred ones
 
 Times are of the processor.
 """
@@ -13,6 +18,7 @@ Times are of the processor.
 from __future__ import annotations
 
 import argparse
+import json
 import subprocess
 import sys
 from collections import Counter
@@ -139,6 +145,24 @@ def tests(names):
               f"{shares[0]:10.1f}{shares[1]:9.1f}{shares[2]:10.1f}{score:11.1f}", flush=True)  # fmt: skip
 
 
+def mutation(names):
+    """The mutants of each machine: killed by its tests, proved equivalent, left."""
+    print(f"{'machine':18}{'mutants':>9}{'killed':>8}{'equivalent':>12}{'left':>6}{'score %':>9}{'s':>7}")
+    left = []
+    for name in names:
+        trial = load_tested_machine(shipped_machines()[name], robot_library())
+        begin = process_time()
+        found = survey(trial.machine.model, trial.suites)
+        seconds = process_time() - begin
+        total = found.killed + len(found.survivors) + len(found.equivalent)
+        print(f"{name:18}{total:9}{found.killed:8}{len(found.equivalent):12}{len(found.survivors):6}"
+              f"{found.score:9.1f}{seconds:7.1f}", flush=True)  # fmt: skip
+        left += [f"{name}: line {one.place.line if one.place else '-'}: {one.kind}: {one.text}: {word}"
+                 for word, some in (("equivalent", found.equivalent), ("left", found.survivors))
+                 for one in some]  # fmt: skip
+    print("\n".join(left))
+
+
 def planted():
     """Mistakes in machines of other kinds."""
     from tests.trust.foreign import MACHINES, MISTAKES, foreign_machine
@@ -154,44 +178,77 @@ def planted():
     print(f"{found} of {len(MISTAKES)} found; {process_time() - begin:.1f} s")
 
 
-def cross_check(first, last, runs):
+def regions(count):
+    """Parallel regions of four states."""
+    from tempfile import TemporaryDirectory
+
+    from tests.trust.library import make_library
+    from tests.trust.regions import regions_text
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "regions.maze-machine"
+        path.write_text(regions_text(count))
+        model = load_model(path, make_library())
+    begin = process_time()
+    verdicts = check(model)
+    print(f"{count} regions: {sum(one.proved for one in verdicts)} of {len(verdicts)} proved, "
+          f"{verdicts[0].states} states; {process_time() - begin:.2f} s")  # fmt: skip
+
+
+def cross_check(first, last, runs, kept):
     """Proofs of random machines against random runs."""
+    from dataclasses import asdict
+
     from tests.trust.random_machines import cross_checked
 
-    begin, total = process_time(), Counter()
+    found = {}
+    if kept is not None and kept.exists():
+        found = {one["seed"]: one for one in map(json.loads, kept.read_text().splitlines()) if one["runs"] == runs}
     for seed in range(first, last):
-        found = cross_checked(seed, runs)
-        total.update(proved=len(found.proved), violated=len(found.shown), undecided=len(found.undecided))
-        total.update(contradicted=len(found.contradicted))
-        if found.contradicted:
-            print(f"seed {seed}: proved and violated: {', '.join(found.contradicted)}", flush=True)
-    every = total["proved"] + total["violated"] + total["undecided"]
-    print(f"{last - first} machines, {every} properties: {total['proved']} proved, {total['violated']} violated (all "
-          f"replayed), {total['undecided']} not decided or bounded ({100 * total['undecided'] / every:.1f}%); "
-          f"{total['contradicted']} proved and then violated in {runs} random runs each; "
-          f"{process_time() - begin:.0f} s")  # fmt: skip
+        if seed not in found:
+            begin = process_time()
+            found[seed] = asdict(cross_checked(seed, runs)) | {"runs": runs, "seconds": process_time() - begin}
+            if kept is not None:
+                with kept.open("a") as lines:
+                    lines.write(json.dumps(found[seed]) + "\n")
+        if found[seed]["contradicted"]:
+            print(f"seed {seed}: proved and violated: {', '.join(found[seed]['contradicted'])}", flush=True)
+    some = [found[seed] for seed in range(first, last)]
+    proved, violated, undecided, contradicted = (
+        sum(len(one[what]) for one in some) for what in ("proved", "shown", "undecided", "contradicted")
+    )
+    every = proved + violated + undecided
+    print(f"{last - first} machines, {every} properties: {proved} proved, {violated} violated (all replayed), "
+          f"{undecided} not decided or bounded ({100 * undecided / every:.1f}%); {contradicted} proved and then "
+          f"violated in {runs} random runs of each machine; {sum(one['seconds'] for one in some):.0f} s")  # fmt: skip
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parts = parser.add_subparsers(dest="part", required=True)
-    for part in ("proofs", "tests"):
+    for part in ("proofs", "tests", "mutation"):
         parts.add_parser(part).add_argument("machines", nargs="*", metavar="MACHINE", help="shipped machines; all")
     parts.add_parser("one-proof").add_argument("machine")
     parts.add_parser("planted")
+    parts.add_parser("regions").add_argument("count", type=int, nargs="?", default=6)
     crossing = parts.add_parser("cross-check")
     for name in ("first", "last", "runs"):
         crossing.add_argument(name, type=int)
+    crossing.add_argument("kept", type=Path, nargs="?")
     given = parser.parse_args()
     match given.part:
-        case "proofs" | "tests":
-            {"proofs": proofs, "tests": tests}[given.part](given.machines or list(shipped_machines()))
+        case "proofs" | "tests" | "mutation":
+            {"proofs": proofs, "tests": tests, "mutation": mutation}[given.part](
+                given.machines or list(shipped_machines())
+            )
         case "one-proof":
             one_proof(given.machine)
         case "planted":
             planted()
+        case "regions":
+            regions(given.count)
         case _:
-            cross_check(given.first, given.last, given.runs)
+            cross_check(given.first, given.last, given.runs, given.kept)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
     python benchmarks/world.py logs [--json] FILE...      laser logs in CARMEN's format, plain or compressed by gzip
     python benchmarks/world.py simulator [--json] [--mazes NAME...] [--limit S]      tremaux in the simulator
     python benchmarks/world.py faults [--json] [--mazes NAME...] [--count N]      explorer, disturbed
+    python benchmarks/world.py lasers [--mazes NAME...] [--limit S]      other bases and lasers
+    python benchmarks/world.py cost [--mazes NAME...] [--limit S]      time a tick by size of the map
 
 `logs` reads the increments of raw odometry and the scans, nothing else, with one set of thresholds, and compares the
 trajectory with the corrected poses that the log holds. Those come from a mapper, too: they are a reference, not the
@@ -29,6 +31,12 @@ know its future: no alignment afterwards.
     loops, false    closed; and of them those more than 0.3 m from the truth
     nees            squared deviation of the last pose over its covariance, per degree of freedom
     tick            processor time of perception with its map, mean, ms; `worst` the worst, ms
+
+`lasers` drives tremaux on both bases with lasers of 180 to 1500 beams and 3.5 to 12 m; a line has the fields of
+`simulator`.
+
+`cost` drives tremaux and prints for each hundred keyframes of the map the processor time of perception with its map, a
+tick: the mean, what 99 of 100 ticks stay below, and the worst, ms.
 
 `faults` lets something go wrong in the middle of a run of explorer, drawn from the run's number: odometry jumps by up
 to 1 m and 90 degrees, the laser is blind for 5 s, or the robot is carried to another place. A line has the fields
@@ -58,8 +66,8 @@ import numpy as np
 # Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from maze_machine.catalogue.profile import load_profile
-from maze_machine.drive.mission import drive, prepare
+from maze_machine.catalogue.profile import Profile, load_profile
+from maze_machine.drive.mission import Ending, drive, prepare
 from maze_machine.drive.tick import Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from perception import Perception
@@ -184,6 +192,7 @@ class Observer:
     baseline_off: list[Pose] = field(default_factory=list)
     truth: list[Pose] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
+    sizes: list[int] = field(default_factory=list)
     _first: tuple[Pose, Pose, Pose] | None = None
 
     def __post_init__(self) -> None:
@@ -201,6 +210,7 @@ class Observer:
         facts = self.mapping.facts(tick.observation)
         self.mapping.world.begin_map(facts.sweep)
         self.times.append(process_time() - began)
+        self.sizes.append(len(self.mapper.clouds))
         self.baseline.facts(tick.observation)
         here, mapped, reckoned = self.world.pose(tick.index), self.mapping.world.pose, self.baseline.world.pose
         self._first = self._first or (here, mapped, reckoned)
@@ -253,14 +263,18 @@ def maze_of(name: str) -> Maze:
     return replace(maze, time_limit=math.inf)
 
 
-def run_result(name: str, odometry: str, limit: float, seed: int = 0) -> RunResult:
-    """Drive tremaux and compare."""
-    profile = load_profile()
+def observed(name: str, odometry: str, limit: float, profile: Profile, seed: int = 0) -> tuple[Observer, Ending]:
+    """Drive tremaux, and watch."""
     world = SimulatedWorld(maze_of(name), profile.robot, seed, SimulatorSettings(odometry=ODOMETRY[odometry]))
     observer = Observer(world, profile.robot)
     robot = LockstepRobot(world)
     gc.collect()
-    ending = drive(prepare("tremaux", profile, time_limit=limit), robot, robot, [observer])
+    return observer, drive(prepare("tremaux", profile, time_limit=limit), robot, robot, [observer])
+
+
+def run_result(name: str, odometry: str, limit: float, profile: Profile | None = None) -> RunResult:
+    """Drive tremaux and compare."""
+    observer, ending = observed(name, odometry, limit, profile or load_profile())
     apart = [math.hypot(off.x, off.y) for off in observer.off]
     return RunResult(
         maze=Path(name).stem,
@@ -295,6 +309,52 @@ def simulator(mazes: Iterable[str], limit: float, *, as_json: bool) -> None:
                 f"{result.maze:12} {odometry:8} {result.ticks:6} {result.rms:6.4f} {result.largest:7.4f}"
                 f" {result.heading:7.3f} {result.baseline:8.3f} {result.keyframes:9} {result.loops:5} {result.false:5}"
                 f" {result.nees:5.2f} {result.tick:5.2f} {result.worst:5.1f}",
+                flush=True,
+            )
+
+
+BASES = ("holonomic", "differential")
+LASERS = {
+    "180 beams, 180 deg, 10 m": ("beams=180", "angle_min=-1.5708", "angle_max=1.5708"),
+    "180 beams, all round, 3.5 m": ("beams=180", "angle_min=-3.1416", "angle_max=3.1066", "range_max=3.5"),
+    "360 beams, all round, 3.5 m": ("beams=360", "angle_min=-3.1416", "angle_max=3.1241", "range_max=3.5"),
+    "720 beams, all round, 8 m": ("beams=720", "angle_min=-3.1416", "angle_max=3.1328", "range_max=8"),
+    "1000 beams, 229 deg, 10 m": (),
+    "1500 beams, all round, 12 m": ("beams=1500", "angle_min=-3.1416", "angle_max=3.1374", "range_max=12"),
+}
+"""By what they are called: how they differ from PICO's."""
+
+
+def lasers(mazes: Iterable[str], limit: float) -> None:
+    """Print a line for each base, laser and maze."""
+    print("base          laser                         maze        ticks    rms largest heading false  tick worst")
+    for base in BASES:
+        for laser, differences in LASERS.items():
+            profile = load_profile(overrides=[f"robot.base={base}", *(f"robot.laser.{one}" for one in differences)])
+            for name in mazes:
+                result = run_result(name, "standard", limit, profile)
+                print(
+                    f"{base:13} {laser:29} {result.maze:10} {result.ticks:6} {result.rms:6.4f} {result.largest:7.4f}"
+                    f" {result.heading:7.3f} {result.false:5} {result.tick:5.2f} {result.worst:5.1f}",
+                    flush=True,
+                )
+
+
+SIZE = 100
+"""Maps are sorted by how often they hold this many keyframes."""
+
+
+def cost(mazes: Iterable[str], limit: float) -> None:
+    """Print a line for each maze and size of the map."""
+    print("maze          keyframes   ticks    mean     99%   worst   ms")
+    for name in mazes:
+        observer, _ = observed(name, "standard", limit, load_profile())
+        times, sizes = 1000 * np.array(observer.times), np.array(observer.sizes) // SIZE
+        for size in np.unique(sizes).tolist():
+            these = times[sizes == size]
+            print(
+                f"{Path(name).stem:12} {SIZE * size:5}-{SIZE * size + SIZE - 1:<5} {len(these):7} {these.mean():7.2f}"
+                f" {np.quantile(these, 0.99):7.2f} {these.max():7.2f}",
                 flush=True,
             )
 
@@ -421,6 +481,12 @@ def main() -> int:
     of_runs.add_argument("--mazes", nargs="+", default=MAZES, metavar="NAME", help="shipped, contest, or skewedSEED")
     of_runs.add_argument("--limit", type=float, default=420.0, metavar="S", help="length of a run, s")
     of_runs.add_argument("--json", action="store_true", dest="as_json", help="a line of JSON each")
+    of_lasers = what.add_parser("lasers", help="other bases and lasers in the simulator")
+    of_lasers.add_argument("--mazes", nargs="+", default=("skewed1",), metavar="NAME", help="shipped, or skewedSEED")
+    of_lasers.add_argument("--limit", type=float, default=120.0, metavar="S", help="length of a run, s")
+    of_cost = what.add_parser("cost", help="time a tick by size of the map")
+    of_cost.add_argument("--mazes", nargs="+", default=("skewed1",), metavar="NAME", help="shipped, or skewedSEED")
+    of_cost.add_argument("--limit", type=float, default=1200.0, metavar="S", help="length of a run, s")
     of_faults = what.add_parser("faults", help="what becomes of the place where something goes wrong")
     of_faults.add_argument("--mazes", nargs="+", default=MAZES, metavar="NAME", help="shipped, contest, or skewedSEED")
     of_faults.add_argument("--count", type=int, default=200, metavar="N", help="number of runs")
@@ -428,6 +494,12 @@ def main() -> int:
     arguments = parser.parse_args()
     if arguments.what == "faults":
         faults(arguments.mazes, arguments.count, as_json=arguments.as_json)
+        return 0
+    if arguments.what == "lasers":
+        lasers(arguments.mazes, arguments.limit)
+        return 0
+    if arguments.what == "cost":
+        cost(arguments.mazes, arguments.limit)
         return 0
     if arguments.what == "simulator":
         simulator(arguments.mazes, arguments.limit, as_json=arguments.as_json)

@@ -24,13 +24,14 @@ if TYPE_CHECKING:
     from hsm.model.chart import Model
     from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
     from hsm.model.faults import MachineFault, Spin
-    from hsm.model.messages import Occurrence
+    from hsm.model.messages import Adjustment, Occurrence
     from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, Stoppable
     from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
 
 __all__ = [
     "UNITS",
     "Activity",
+    "Adjustment",
     "Angle",
     "Considered",
     "Diagnostic",
@@ -76,7 +77,7 @@ _PLACES = {
     "model.chart": ("Model",),
     "model.diagnostics": ("Diagnostic", "MachineError", "Place", "Severity"),
     "model.faults": ("MachineFault", "Spin"),
-    "model.messages": ("Occurrence",),
+    "model.messages": ("Adjustment", "Occurrence"),
     "model.registry": ("Activity", "Library", "Outcome", "RegistryError", "Stoppable"),
     "model.types": ("UNITS", "Angle", "Duration", "Length", "Speed", "TurnRate", "Unit"),
 }

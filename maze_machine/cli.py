@@ -74,6 +74,11 @@ class Commands(TyperGroup):
         """The options of all subcommands."""
         return _spared(super().get_params(ctx))
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The subcommand that a command line names, and the rest of the line."""
+        words = " ".join(args[:2])
+        return super().resolve_command(ctx, [words, *args[2:]] if words in PLACES else args)
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help text without rich, whose import takes longer than everything else."""
         self.format_usage(ctx, formatter)
@@ -97,7 +102,9 @@ def _print_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
 
-        print(f"maze-machine {version('maze-machine')}")
+        from transport.compiled import arithmetic_in_use
+
+        print(f"maze-machine {version('maze-machine')} ({arithmetic_in_use()})")
         raise typer.Exit
 
 

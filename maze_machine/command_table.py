@@ -17,7 +17,7 @@ class Subcommand:
     """A subcommand that is imported on first use.
 
     Attributes:
-        name: what the user types.
+        name: what the user types, one word or two.
         group: the heading that it is listed under.
         place: ``MODULE:NAME`` within `maze_machine.commands`; a function, or an app with subcommands of its own.
         summary: the first line of its help text; a test compares it with the function's docstring.
@@ -67,9 +67,13 @@ _SUBCOMMANDS = (
         "Watch a running machine: its states, transitions and variables, line by line as they change.",
     ),
     Subcommand(
-        "send", DRIVE, "watch:send", "Send an event to a running machine, or have its run pause, resume or end."
+        "send",
+        DRIVE,
+        "watch:send",
+        "Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.",
     ),
     Subcommand("sweep", DRIVE, "sweep:sweep", "Run machines over mazes and seeds and report the results."),
+    Subcommand("sweep show", DRIVE, "sweep:show", "Summarise the results of a sweep."),
     Subcommand(
         "profile",
         DRIVE,
@@ -128,6 +132,7 @@ _SUBCOMMANDS = (
         "Trust a project's own library: its settings name Python code, which no command runs without your consent.",
     ),
     Subcommand("maze", WORLD, "maze:app", "Show mazes, convert them, generate new ones from a seed."),
+    Subcommand("map", WORLD, "map:app", "Show a map that a run has saved."),
     Subcommand("sim", LINK, "sim:sim", "Simulate a robot in a maze for a controller in another process."),
     Subcommand(
         "gate",

@@ -34,6 +34,7 @@ class ExitStatus(IntEnum):
 STATUS_OF = {
     ("hsm.model.diagnostics", "MachineError"): ExitStatus.BAD_FILE,
     ("hsm.model.faults", "MachineFault"): ExitStatus.FAILED,
+    ("perception.map_document", "MapError"): ExitStatus.BAD_FILE,
     ("sim.maze", "MazeError"): ExitStatus.BAD_FILE,
     ("transport.recording.values", "RecordingError"): ExitStatus.BAD_FILE,
     ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,
@@ -124,11 +125,17 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     return None
 
 
+_LONGEST = 600
+"""The longest line of a message, in characters: an argument or a name in it may have any length."""
+
+
 def _readable(message: str) -> str:
-    """A message without control characters for a terminal."""
+    """A message without control characters for a terminal, its lines cut in the middle where they are too long."""
     from transport.wording import printable
 
-    return "\n".join(printable(line) for line in message.split("\n"))
+    lines = [printable(line) for line in message.split("\n")]
+    half = _LONGEST // 2
+    return "\n".join(line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}" for line in lines)
 
 
 def _underlined(error: Any) -> str:

@@ -12,9 +12,9 @@ _UNIT = r"(?:[ ]*(?!(?:and|or|if|else|within|before|for)\b)[A-Za-z]+(?:/[A-Za-z]
 _BLOCKS = ("state", "member", "parallel", "final")
 _STATEMENTS = (
     *("machine", "import", "param", "var", "event", "define", "enum", "initial"),
-    *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "expose", "stay", "property"),
+    *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "expose", "stay", "property", "assume"),
 )
-_TEST_STATEMENTS = ("test", "scenario", "given", "when", "after", "expect", "every", "requirement", "covers")
+_TEST_STATEMENTS = ("test", "scenario", "given", "when", "after", "expect", "tick", "property", "covers")
 _WORDS = (
     "and",
     "or",
@@ -72,6 +72,7 @@ class MachineLexer(_MachineText):
             (rf"^([ \t]*)(initial)(\s+)({_NAME})", bygroups(Text, Keyword, Text, Name.Class)),
             (rf"^([ \t]*)(param|var)(\s+)({_NAME})(\s*)(:)(\s*)({_NAME})",
              bygroups(Text, Keyword.Declaration, Text, Name.Variable, Text, Punctuation, Text, Keyword.Type)),
+            (r"(,)([ \t]*)(adjustable)(?=[ \t]*(?:\(|#|$))", bygroups(Punctuation, Text, Keyword.Declaration)),
             (rf"^([ \t]*)({'|'.join(_STATEMENTS)})\b", bygroups(Text, Keyword)),
             *_MachineText.tokens["expression"],
         ],
@@ -87,7 +88,8 @@ class ScenarioLexer(_MachineText):
     url = ""
     tokens: ClassVar = {
         "root": [
-            (r"^(scenario)(\s+)(.*)$", bygroups(Keyword.Declaration, Text, Name.Label)),
+            (r"^(scenario|requirement)(\s+)([^#\n]*)", bygroups(Keyword.Declaration, Text, Name.Label)),
+            (r"^(property)([ \t]+)(" + _NAME + r")([ \t]+)(covers)\b", bygroups(Keyword, Text, Name, Text, Keyword)),
             (rf"^([ \t]*)({'|'.join(_TEST_STATEMENTS)})\b", bygroups(Text, Keyword)),
             *_MachineText.tokens["expression"],
         ],

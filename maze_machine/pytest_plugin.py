@@ -176,7 +176,9 @@ class ScenarioItem(pytest.Item):
         assert parent is not None, "a scenario is collected with its file"
         if _scripted not in parent.stash:  # made once: its compiled code serves all scenarios of the file
             parent.stash[_scripted] = scripted_machine(self.trial.machine)
-        result = run_scenario(self.scenario, parent.stash[_scripted], self.tick, watches(model.properties))
+        result = run_scenario(
+            self.scenario, parent.stash[_scripted], self.tick, watches(model.properties, model.assumptions)
+        )
         _measured(self.config).add(model, result.coverage)
         if result.failure is not None:
             raise ScenarioFailed(result.failure)

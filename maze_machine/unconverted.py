@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from enum import EnumMeta
 from typing import Any, get_args, get_origin
 
+import typer
+
 _PRIVATE = "_runtime_param"
 
 
@@ -24,6 +26,18 @@ def spare_conversions(parameters: Iterable[Any]) -> None:
     for parameter in parameters:
         if getattr(parameter, _PRIVATE, ...) is None:
             setattr(parameter, _PRIVATE, _AsItIs(parameter.type_descriptor.annotation))
+
+
+def _in_our_words(error: typer.BadParameter) -> typer.BadParameter:
+    """The same error; what pydantic says about a value in the words of this project's other messages."""
+    errors = getattr(error.__cause__, "errors", None)
+    if errors is None:
+        return error
+    from transport.wording import in_words  # noqa: PLC0415 - pydantic is imported here already
+
+    (found, *_) = errors()
+    found["loc"] = ()
+    return typer.BadParameter(in_words(found), ctx=error.ctx, param=getattr(error, "param", None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +59,12 @@ class _AsItIs:
         if isinstance(self.annotation, EnumMeta) and value in self.annotation.__members__.values():
             return self.annotation(value)
         setattr(param, _PRIVATE, None)
-        return param.get_runtime_param().coerce(value, param=param, ctx=ctx)
+        conversion = param.get_runtime_param()
+        setattr(param, _PRIVATE, self)
+        try:
+            return conversion.coerce(value, param=param, ctx=ctx)
+        except typer.BadParameter as error:
+            raise _in_our_words(error) from error.__cause__
 
     def _is_of_type(self, value: Any) -> bool:
         if get_origin(self.annotation) is list:

@@ -19,6 +19,7 @@ from perception.extremes import highest
 from perception.settings import ExitSettings
 from perception.sweep import Floats, Mask, ScanPoints
 from transport.arithmetic import cos_sin
+from transport.compiled import compiled
 from transport.description import Point
 
 STRAY = 2
@@ -80,40 +81,87 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     moved_on = Lane(before.left, before.right, before.end - body.moved)
     if sweep.known_share < settings.known_share or not len(sweep.ranges):
         return moved_on
-    cosine, sine = cos_sin(misalignment)
-    points = sweep.points
-    x = points[:, 0] * cosine + points[:, 1] * sine
-    y = points[:, 1] * cosine - points[:, 0] * sine
-    in_reach = ((x >= body.rear - settings.margin) & (x <= settings.range)).nonzero()[0]
-    x, y = x[in_reach], y[in_reach]
-    found = _measured(x, y, body, settings)
+    hits = along_lane(sweep.points, cos_sin(misalignment), (body.rear - settings.margin, settings.range))
+    beside = lane_beside(hits, body.half_width, settings.beside, settings.max_half_width, settings.widening)
+    found = Lane(*beside) if beside else None
     if not before.known:
         return found or NO_LANE
-    stands = x[_within(y, before, settings)]
-    if len(stands) > STRAY:
-        if not found or _last(stands, math.inf) > settings.beside:
-            return found or replace(moved_on, end=_last(stands, math.inf))
+    standing, last = _in(before, hits, settings, math.inf)
+    if standing > STRAY:
+        if not found or last > settings.beside:
+            return found or replace(moved_on, end=last)
         # The walls end beside the robot: what is farther to the sides is not a wall of this lane.
         narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
-        return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
+        return replace(narrowed, end=_in(narrowed, hits, settings, moved_on.end)[1])
     if found and found.end > settings.beside:
         return found
     passed = moved_on.end < body.rear - settings.margin
     return replace(moved_on, empty=True, outside=passed and sweep.reach - moved_on.end >= settings.range)
 
 
-def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -> Lane | None:
-    """The lane between the walls on both sides of the robot; None if one is missing, or a wall is just ahead."""
-    close = (np.abs(x) <= settings.beside).nonzero()[0]
+def _in(lane: Lane, hits: Floats, settings: ExitSettings, otherwise: float) -> tuple[int, float]:
+    """See `in_lane`; a lane is taken to be a little wider than it is."""
+    return in_lane(hits, -lane.right - settings.widening, lane.left + settings.widening, otherwise)
+
+
+@compiled
+def along_lane(points: Floats, direction: tuple[float, float], bounds: tuple[float, float]) -> Floats:
+    """The hits in the frame turned along the walls, those between two bounds along it, m, shape (2, k).
+
+    Args:
+        points: in the robot's frame, m, shape (n, 2).
+        direction: cosine and sine of the walls' direction seen from the robot.
+        bounds: the lowest and the highest x, m.
+    """
+    (cosine, sine), (low, high) = direction, bounds
+    x = points[:, 0] * cosine + points[:, 1] * sine
+    y = points[:, 1] * cosine - points[:, 0] * sine
+    in_reach = ((x >= low) & (x <= high)).nonzero()[0]
+    return np.stack((x[in_reach], y[in_reach]))
+
+
+@compiled
+def lane_beside(
+    hits: Floats, half_width: float, beside: float, max_half_width: float, widening: float
+) -> tuple[float, float, float] | None:
+    """The lane between the walls on both sides of the robot; None if one is missing, or a wall is just ahead.
+
+    Args:
+        hits: along the lane, m, shape (2, k).
+        half_width: of the robot, m.
+        beside: how far ahead and behind a wall is beside the robot, m.
+        max_half_width: the largest distance of a wall of the lane, m.
+        widening: the end is that of a lane this much wider on each side, m.
+
+    Returns:
+        How far it reaches to the left, to the right and ahead, m.
+    """
+    x, y = hits
+    close = (np.abs(x) <= beside).nonzero()[0]
     close_y = y[close]
-    if np.count_nonzero((x[close] > 0.0) & (np.abs(close_y) < body.half_width)) > STRAY:
+    if np.count_nonzero((x[close] > 0.0) & (np.abs(close_y) < half_width)) > STRAY:
         return None
     close_y.sort()
-    left = _lowest_from(close_y, body.half_width)
-    right = _lowest_from(-close_y[::-1], body.half_width)
-    if max(left, right) > settings.max_half_width:
+    left = _lowest_from(close_y, half_width)
+    right = _lowest_from(-close_y[::-1], half_width)
+    if max(left, right) > max_half_width:
         return None
-    return Lane(left, right, _last(x[_within(y, Lane(left, right), settings)], math.inf))
+    return left, right, _last(x[_within(y, -right - widening, left + widening)], math.inf)
+
+
+@compiled
+def in_lane(hits: Floats, low: float, high: float, otherwise: float) -> tuple[int, float]:
+    """How many hits are in a lane, and where the last of them is, stray readings left out.
+
+    Args:
+        hits: along the lane, m, shape (2, k).
+        low: the lane's right bound, m.
+        high: its left bound, m.
+        otherwise: where the last one is if there are only stray readings, m.
+    """
+    x, y = hits
+    inside = x[_within(y, low, high)]
+    return len(inside), _last(inside, otherwise)
 
 
 def _lowest_from(values: Floats, bound: float) -> float:
@@ -122,9 +170,9 @@ def _lowest_from(values: Floats, bound: float) -> float:
     return values.item(index) if index < len(values) else math.inf
 
 
-def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:
-    """Which hits are in a lane, by their place across it."""
-    inside: Mask = (y < lane.left + settings.widening) & (y > -lane.right - settings.widening)
+def _within(y: Floats, low: float, high: float) -> Mask:
+    """Which hits are between two bounds across the lane."""
+    inside: Mask = (y < high) & (y > low)
     return inside
 
 

@@ -227,10 +227,20 @@ class Perception:
     def facts(self, observation: Observation) -> Facts:
         """The facts of the next tick; called once a tick, in order."""
         facts = Facts(observation, self.robot, self.settings, self.world)
-        self.world.move(observation.odometry)
-        self.world.survey(facts.sweep)
-        self.world.align(facts.compass)
-        if self.world.surveyor and self.world.surveyor.drawing:
-            self.world.notice_doors(facts.doors)
-        self.world.follow_lane(facts.sweep, self.robot.footprint)
+        take_in(facts, self.world)
         return facts
+
+
+def take_in(facts: Facts, world: WorldModel) -> None:
+    """Update a world model with what a tick shows.
+
+    Args:
+        facts: of the tick; only what follows from its scan and odometry is read.
+        world: the world model, that of the facts or another one of the same robot.
+    """
+    world.move(facts.observation.odometry)
+    world.survey(facts.sweep)
+    world.align(facts.compass)
+    if world.surveyor and world.surveyor.drawing:
+        world.notice_doors(facts.doors)
+    world.follow_lane(facts.sweep, facts.robot.footprint)

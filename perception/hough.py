@@ -22,6 +22,7 @@ from perception.extremes import highest
 from perception.settings import HoughSettings
 from perception.sweep import Floats, Indices
 from transport.arithmetic import cosines_and_sines
+from transport.compiled import compiled
 
 Votes = NDArray[np.int32]
 
@@ -115,26 +116,9 @@ class _Voters:
 
     def votes(self, rows: Indices) -> Votes:
         """The votes for the lines of some alphas, shape (rows, ps)."""
-        count = len(self.grid.ps)
-        votes = np.empty((len(rows), count), np.int32)
-        # In one sequence of cells, row upon row, a single count serves many rows.
-        shifts = np.arange(0, BLOCK * count, count, dtype=np.int32)[:, None]
-        for first in range(0, len(rows), BLOCK):
-            block = votes[first : first + BLOCK]
-            cells = self._cells(self.grid.transform[rows[first : first + BLOCK]])
-            cells += shifts[: len(block)]
-            block.ravel()[:] = np.bincount(cells.ravel(), minlength=block.size)
+        votes = np.empty((len(rows), len(self.grid.ps)), np.int32)
+        count_votes(self.grid.transform[rows], self.columns, votes)
         return votes
-
-    def _cells(self, transform: NDArray[np.float32]) -> Votes:
-        """The number of each hit's cell for some alphas, shape (rows, hits), without BLAS (`transport.arithmetic`)."""
-        cosine, sine, middle = transform.T[:, :, None]
-        x, y = self.columns
-        numbers: NDArray[np.float32] = cosine * x
-        numbers += sine * y
-        numbers += middle
-        cells: Votes = numbers.astype(np.int32)
-        return cells
 
     def maximum(self) -> tuple[int, int]:
         """The row of the line with the most votes, the lowest such row, and its votes."""
@@ -163,6 +147,36 @@ class _Voters:
         windows[2 * moves + 1 :] -= sums[: -2 * moves - 1]
         bounds: Votes = windows.reshape(votes.shape).max(axis=1)
         return bounds
+
+
+@compiled
+def count_votes(transform: NDArray[np.float32], columns: NDArray[np.float32], votes: Votes) -> None:
+    """Let hits vote for one line of each of some alphas.
+
+    Args:
+        transform: of each alpha, shape (rows, 3); see `_Grid`.
+        columns: x and y of each hit, shape (2, hits).
+        votes: becomes the number of votes for each line, shape (rows, ps).
+    """
+    count = votes.shape[1]
+    # In one sequence of cells, row upon row, a single count serves many rows.
+    shifts = np.arange(0, BLOCK * count, count, dtype=np.int32)[:, None]
+    for first in range(0, len(transform), BLOCK):
+        block = votes[first : first + BLOCK]
+        cells = _cells(transform[first : first + BLOCK], columns)
+        cells += shifts[: len(block)]
+        block.ravel()[:] = np.bincount(cells.ravel(), minlength=block.size)
+
+
+def _cells(transform: NDArray[np.float32], columns: NDArray[np.float32]) -> Votes:
+    """The number of each hit's cell for some alphas, shape (rows, hits), without BLAS (`transport.arithmetic`)."""
+    cosine, sine, middle = transform.T[:, :, None]
+    x, y = columns
+    numbers: NDArray[np.float32] = cosine * x
+    numbers += sine * y
+    numbers += middle
+    cells: Votes = numbers.astype(np.int32)
+    return cells
 
 
 def hough_space(points: Floats, settings: HoughSettings) -> HoughSpace:

@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.settings import LineSettings
-from perception.sweep import Floats, ScanPoints
+from perception.sweep import Floats, Indices, ScanPoints
 from transport.arithmetic import atan2, distance_between, halfway, norm, square
+from transport.compiled import compiled
 from transport.description import Point
 
 
@@ -60,6 +61,9 @@ class Line(NamedTuple):
         return (x + share * dx, y + share * dy)
 
 
+LineValues = tuple[float, float, Point, Point, float, int, float, float]
+"""The fields of a `Line`."""
+
 Lines = tuple[Line, ...]
 """All straight pieces of a scan in the order of the beams."""
 
@@ -93,7 +97,8 @@ def split(sweep: ScanPoints, settings: LineSettings) -> LinePieces:
     points = sweep.points
     if len(points) < settings.min_hits:
         return LinePieces([], [])
-    runs = _runs(sweep, settings)
+    limits = sweep.fan.step / settings.nearest, settings.jump, settings.max_missing
+    runs = runs_of(points, sweep.distances, sweep.beams, limits)
     return LinePieces(runs, split_at_end_points(points, runs, settings.split, settings.min_hits + 1))
 
 
@@ -107,27 +112,51 @@ def find_lines(sweep: ScanPoints, pieces: LinePieces, settings: LineSettings) ->
     """
     if not pieces.pieces:
         return ()
-    lines = [_fitted(sweep.points, piece) for piece in _merged(_weighed(sweep, pieces), settings)]
-    min_length, max_residual = settings.min_length, settings.max_residual
-    return tuple([line for line in lines if line.length >= min_length and line.residual <= max_residual])
+    limits = settings.merge, settings.min_length, settings.max_residual
+    return tuple(map(Line._make, fitted_lines(sweep.points, sweep.distances, pieces.pieces, limits)))
 
 
-def _runs(sweep: ScanPoints, settings: LineSettings) -> list[tuple[int, int]]:
+@compiled
+def fitted_lines(
+    points: Floats, distances: Floats, pieces: list[tuple[int, int]], limits: tuple[float, float, float]
+) -> list[LineValues]:
+    """The lines through pieces, with what one line fits as well put together.
+
+    Args:
+        points: the hits, m, shape (n, 2).
+        distances: of the hits from the sensor, m, shape (n,).
+        pieces: first and last hit of each piece.
+        limits: by how much the deviation of a joined piece may be larger, the least length, the largest residual, m.
+    """
+    merge, min_length, max_residual = limits
+    lines = [_fitted(points, piece) for piece in _merged(_weighed(points, distances, pieces), merge)]
+    return [line for line in lines if line.length >= min_length and line.residual <= max_residual]
+
+
+@compiled
+def runs_of(points: Floats, ranges: Floats, beams: Indices, limits: tuple[float, float, int]) -> list[tuple[int, int]]:
     """First and last hit of each run without a gap in the beams and without a jump too wide to be wall.
 
     On a wall at distance d, neighbouring hits at range r are ``r^2 step / d`` apart.
+
+    Args:
+        points: the hits, m, shape (n, 2), one at least.
+        ranges: their distances from the sensor, m, shape (n,).
+        beams: which beams they belong to, shape (n,).
+        limits: the angle between beams over the distance of the nearest wall, rad/m; how much farther apart hits may
+            be, m; how many missing beams end no run.
     """
-    columns, beams, ranges = sweep.points.T, sweep.beams, sweep.distances
+    ratio, jump, max_missing = limits
+    columns = points.T
     steps = columns[:, 1:] - columns[:, :-1]
     steps *= steps
-    apart = square(np.minimum(ranges[1:], ranges[:-1])) * (sweep.fan.step / settings.nearest) + settings.jump
-    cut = steps[0] + steps[1] > apart * apart
-    if len(beams) < len(sweep.ranges):
-        cut |= beams[1:] - beams[:-1] > settings.max_missing + 1
+    apart = square(np.minimum(ranges[1:], ranges[:-1])) * ratio + jump
+    cut = (steps[0] + steps[1] > apart * apart) | (beams[1:] - beams[:-1] > max_missing + 1)
     lasts = [*cut.nonzero()[0].tolist(), len(beams) - 1]
     return list(zip([0, *(last + 1 for last in lasts[:-1])], lasts, strict=True))
 
 
+@compiled
 def split_at_end_points(
     points: Floats, runs: list[tuple[int, int]], tolerance: float, min_step: int
 ) -> list[tuple[int, int]]:
@@ -197,31 +226,31 @@ class _Piece(NamedTuple):
         return math.sqrt(max(across, 0.0) / self.w)
 
 
-def _weighed(sweep: ScanPoints, pieces: LinePieces) -> list[_Piece]:
+def _weighed(points: Floats, distances: Floats, pieces: list[tuple[int, int]]) -> list[_Piece]:
     """The pieces with their sums.
 
     The points at a split belong to both sides or, at a jump, to neither for sure: they are left out.
     """
-    columns = sweep.points.T
-    terms = np.empty((6, len(sweep.distances)))
-    np.multiply(sweep.distances, sweep.distances, out=terms[0])
+    columns = points.T
+    terms = np.empty((6, len(distances)))
+    np.multiply(distances, distances, out=terms[0])
     terms[0] += 1e-30  # hits at the sensor itself weigh something, too
     np.multiply(columns, terms[0], out=terms[1:3])
     np.multiply(columns, terms[1], out=terms[3:5])
     np.multiply(columns[1], terms[2], out=terms[5])
-    edges = np.array(pieces.pieces).ravel()
+    edges = np.array(pieces).ravel()
     edges[::2] += 1
     sums = np.add.reduceat(terms, edges, axis=1)[:, ::2].T.tolist()
-    return [_Piece(first + 1, last - 1, *each) for (first, last), each in zip(pieces.pieces, sums, strict=True)]
+    return [_Piece(first + 1, last - 1, *each) for (first, last), each in zip(pieces, sums, strict=True)]
 
 
-def _merged(pieces: list[_Piece], settings: LineSettings) -> list[_Piece]:
+def _merged(pieces: list[_Piece], limit: float) -> list[_Piece]:
     """Put neighbours together that one line fits about as well as two, the best pair first.
 
     A split that noise put a little beside a corner tilts the chord of the next piece so that it is split once more.
     """
     excesses = list(starmap(_excess, pairwise(pieces)))
-    while excesses and (least := min(excesses)) <= settings.merge:
+    while excesses and (least := min(excesses)) <= limit:
         best = excesses.index(least)
         pieces[best : best + 2] = [pieces[best].joined(pieces[best + 1])]
         before = max(best - 1, 0)

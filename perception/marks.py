@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from transport.arithmetic import distance_between
+from perception.places import NotedPlace, Places
 from transport.description import Point
 from transport.messages import Pose
 
@@ -24,23 +24,8 @@ _QUARTERS = {Direction.AHEAD: 0, Direction.LEFT: 1, Direction.BACK: 2, Direction
 
 
 @dataclass(slots=True)
-class MarkedPlace:
-    """A junction with the marks at its four ways.
-
-    Attributes:
-        x: m in the world model's frame.
-        y: m in the world model's frame.
-        marks: at the ways towards +x, +y, -x and -y.
-    """
-
-    x: float
-    y: float
-    marks: list[int] = field(default_factory=lambda: [0, 0, 0, 0])
-
-
-@dataclass(slots=True)
 class Marks:
-    """All marked junctions of a run, and the one where the robot is.
+    """The marked junctions of a run, and the one where the robot is.
 
     Attributes:
         tolerance: two places nearer to each other than this are the same one, m.
@@ -53,12 +38,12 @@ class Marks:
     """
 
     tolerance: float
-    known: tuple[MarkedPlace, ...] = ()
-    places: list[MarkedPlace] = field(default_factory=list)
-    here: MarkedPlace | None = None
+    known: Places = field(default_factory=Places)
+    places: Places = field(default_factory=Places)
+    here: NotedPlace | None = None
     new: bool = False
     heading: int = 0
-    recognised: MarkedPlace | None = None
+    recognised: NotedPlace | None = None
     _shift: Point = (0.0, 0.0)
 
     def arrive(self, pose: Pose) -> None:
@@ -67,24 +52,23 @@ class Marks:
         A junction found again is moved to where it is seen now: so that the drift of dead reckoning does not
         accumulate.
         """
-        near = min(self.places, key=lambda place: distance_between((place.x, place.y), (pose.x, pose.y)), default=None)
-        self.new = near is None or distance_between((near.x, near.y), (pose.x, pose.y)) > self.tolerance
-        if near is None or self.new:
-            near = MarkedPlace(pose.x, pose.y)
-            self.places.append(near)
-        near.x, near.y = pose.x, pose.y
+        near = self.places.nearest(pose, self.tolerance)
+        self.new = near is None
+        if near is None:
+            near = self.places.note(pose)
+        else:
+            self.places.move(near, pose)
         self.here = near
         self.heading = round(pose.heading / (math.pi / 2)) % 4
         self.mark(Direction.BACK)
         self.recognised = self._recognised(pose) if self.new else None
 
-    def _recognised(self, pose: Pose) -> MarkedPlace | None:
+    def _recognised(self, pose: Pose) -> NotedPlace | None:
         """The known junction at a pose; how far the two lie apart is allowed for at the next one."""
-        at = (pose.x + self._shift[0], pose.y + self._shift[1])
-        near = min(self.known, key=lambda place: distance_between((place.x, place.y), at), default=None)
-        if near is None or distance_between((near.x, near.y), at) > self.tolerance:
-            return None
-        self._shift = (near.x - pose.x, near.y - pose.y)
+        near = self.known.nearest(Pose(pose.x + self._shift[0], pose.y + self._shift[1]), self.tolerance)
+        if near is not None:
+            there = self.known.pose_of(near)
+            self._shift = (there.x - pose.x, there.y - pose.y)
         return near
 
     def leads_out(self, direction: Direction) -> bool:

@@ -420,3 +420,5 @@ def link_stopped(facts: Facts) -> bool:
 
 
 LIBRARY.event("blinded", "the base was stopped because scan or odometry is too old or was refused; see link.blind")
+LIBRARY.event("lost", "the robot no longer knows where it is on its map; see place.lost")
+LIBRARY.event("found", "the robot that was lost knows again where it is on its map; see place.known")

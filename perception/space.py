@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception.settings import SpaceSettings
-from perception.sweep import ScanPoints
+from perception.sweep import Floats, Indices, ScanPoints
+from transport.compiled import compiled
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +51,29 @@ def look(sweep: ScanPoints, direction: float, width: float, threshold: float, ba
         bad_share: 0 to 1.
     """
     beams = sweep.fan.sector(direction, width)
-    ranges = sweep.ranges[beams]
-    known = len(beams) - int(np.count_nonzero(np.isnan(ranges)))
-    if not known or 2 * known < len(beams):
+    seen = seen_in_sector(sweep.ranges, beams, bad_share)
+    if math.isnan(seen):
         return Beam()
-    passed_over = max(int(bad_share * known), int(known >= 3))
-    ranges.sort()  # NaN comes behind all numbers
-    distance = min(ranges.item(min(passed_over, known - 1)), sweep.reach)
+    distance = min(seen, sweep.reach)
     return Beam(distance, distance >= threshold, known=True)
+
+
+@compiled
+def seen_in_sector(ranges: Floats, beams: Indices, bad_share: float) -> float:
+    """The distance that some beams show, m: infinity where there is nothing, NaN where too few are known.
+
+    Args:
+        ranges: of all beams, m, shape (n,).
+        beams: which of them, shape (k,).
+        bad_share: 0 to 1; see `look`.
+    """
+    chosen = ranges[beams]
+    known = len(beams) - int(np.count_nonzero(np.isnan(chosen)))
+    if not known or 2 * known < len(beams):
+        return math.nan
+    passed_over = max(int(bad_share * known), int(known >= 3))
+    chosen.sort()  # NaN comes behind all numbers
+    return chosen.item(min(passed_over, known - 1))
 
 
 def space_of(sweep: ScanPoints, misalignment: float, settings: SpaceSettings) -> Space:

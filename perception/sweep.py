@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from transport.arithmetic import cosines_and_sines
+from transport.compiled import compiled
 from transport.messages import ALL_ROUND, Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -57,24 +58,52 @@ class BeamTable:
         """The first and the last beam: what they hit may be cut off by the sensor's view."""
         return 0, len(self.angles) - 1
 
-    def blind(self, points: Floats) -> Mask:
-        """Which points the sensor does not look at, whatever is in between.
+    def blind(self, points: Floats) -> Floats:
+        """The points that the sensor does not look at, whatever is in between, shape (k, 2).
 
         Args:
             points: in the robot's frame, m, shape (n, 2).
         """
         span = (len(self.angles) - 1) * self.step
         if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
-            return np.full(len(points), not len(self.angles))
-        x, y = points[:, 0] - self.mount.x, points[:, 1] - self.mount.y
-        after_first = self.cosines[0] * y - self.sines[0] * x >= -_BESIDE
-        before_last = self.sines[-1] * x - self.cosines[-1] * y >= -_BESIDE
-        seen: Mask = after_first & before_last if span <= math.pi else after_first | before_last
-        return ~seen
+            return points if not len(self.angles) else points[:0]
+        return out_of_view(points, (self.mount.x, self.mount.y), self._end_directions, span)
+
+    @cached_property
+    def _end_directions(self) -> tuple[float, float, float, float]:
+        """Cosine and sine of the first beam and of the last."""
+        return (*self._direction(0), *self._direction(-1))
+
+    def _direction(self, beam: int) -> tuple[float, float]:
+        return self.cosines.item(beam), self.sines.item(beam)
 
     def sector(self, centre: float, width: float) -> Indices:
         """The beams whose direction is within ``width / 2`` of ``centre`` (both in rad), shape (k,)."""
         return _sector(self, centre, width)
+
+
+@compiled
+def out_of_view(
+    points: Floats, place: tuple[float, float], ends: tuple[float, float, float, float], span: float
+) -> Floats:
+    """The points outside a sensor's field of view, shape (k, 2).
+
+    Args:
+        points: in the robot's frame, m, shape (n, 2).
+        place: the sensor's, m.
+        ends: cosine and sine of its first beam and of its last.
+        span: from the one to the other, rad.
+    """
+    x, y = points[:, 0] - place[0], points[:, 1] - place[1]
+    after_first = ends[0] * y - ends[1] * x >= -_BESIDE
+    before_last = ends[3] * x - ends[2] * y >= -_BESIDE
+    return points[~(after_first | before_last if span > math.pi else after_first & before_last)]
+
+
+@compiled
+def any_nearer(distances: Floats, reach: float) -> bool:
+    """Whether a distance is less than a reach."""
+    return bool((distances < reach).any())
 
 
 @lru_cache(maxsize=1024)
@@ -129,6 +158,41 @@ def is_plausible(scan: Scan) -> bool:
     )
 
 
+@compiled
+def sort_readings(ranges: Floats, shortest: float, reach: float) -> None:
+    """Give readings their meaning, in place.
+
+    Args:
+        ranges: as the sensor reports them, m, shape (n,); then infinity where a beam hit nothing, NaN where nothing is
+            known.
+        shortest: replaces minus infinity; anything shorter counts as missing echo, m.
+        reach: from here on, a reading is none, m.
+    """
+    others = (~((ranges >= shortest) & (ranges < reach))).nonzero()[0]
+    if len(others):
+        readings = ranges[others]
+        free = np.where(np.isnan(readings), np.nan, np.inf)
+        ranges[others] = np.where(readings == -np.inf, shortest, free)
+
+
+@compiled
+def points_of(ranges: Floats, cosines: Floats, sines: Floats, place: tuple[float, float]) -> Floats:
+    """Where beams end, m in the robot's frame, shape (2, n).
+
+    Args:
+        ranges: their lengths, m, shape (n,).
+        cosines: of their directions, shape (n,).
+        sines: the same.
+        place: the sensor's, m.
+    """
+    columns = np.empty((2, len(ranges)))
+    np.multiply(ranges, cosines, out=columns[0])
+    np.multiply(ranges, sines, out=columns[1])
+    if place[0] or place[1]:
+        columns += [[place[0]], [place[1]]]
+    return columns
+
+
 @dataclass(frozen=True, eq=False)
 class ScanPoints:
     """The readings of one scan with their meaning.
@@ -154,11 +218,7 @@ class ScanPoints:
         if order is not None:
             # Beams that the sensor leaves out are unknown.
             ranges = np.append(ranges, [np.nan] * max(0, len(order) - len(ranges)))[order]
-        others = (~((ranges >= max(shortest, 0.0)) & (ranges < reach))).nonzero()[0]
-        if len(others):
-            readings = ranges[others]
-            free = np.where(np.isnan(readings), np.nan, np.inf)
-            ranges[others] = np.where(readings == -np.inf, max(shortest, 0.0), free)
+        sort_readings(ranges, max(shortest, 0.0), reach)
         return cls(fan_of(geometry, mount), ranges, reach)
 
     def without(self, beams: Indices) -> ScanPoints:
@@ -190,13 +250,9 @@ class ScanPoints:
     def points(self) -> Floats:
         """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
         fan, ranges = self.fan, self.distances
+        place = fan.mount.x, fan.mount.y
         # The columns lie apart in memory: most uses want all x or all y.
-        x, y = columns = np.empty((2, len(ranges)))
-        np.multiply(ranges, self._of_hits(fan.cosines), out=x)
-        np.multiply(ranges, self._of_hits(fan.sines), out=y)
-        if fan.mount.x or fan.mount.y:
-            columns += [[fan.mount.x], [fan.mount.y]]
-        return columns.T
+        return points_of(ranges, self._of_hits(fan.cosines), self._of_hits(fan.sines), place).T
 
     @property
     def free(self) -> Floats:

@@ -11,7 +11,7 @@ import numpy as np
 from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
-from perception.sweep import Floats, Mask, ScanPoints
+from perception.sweep import Floats, Mask, ScanPoints, any_nearer
 from transport.arithmetic import atan2, cos, cos_sin, distance_between, norm, sin, square
 from transport.description import Point
 
@@ -143,9 +143,10 @@ OWN = 0.02
 def without_own_body(sweep: ScanPoints, footprint: tuple[Point, ...]) -> ScanPoints:
     """A sweep in which nothing is known of the beams that end within the robot's own outline."""
     mount = sweep.fan.mount
-    near = (sweep.distances < _reach_of(footprint, (mount.x, mount.y))).nonzero()[0]
-    if not len(near):
+    reach = _reach_of(footprint, (mount.x, mount.y))
+    if not any_nearer(sweep.distances, reach):
         return sweep
+    near = (sweep.distances < reach).nonzero()[0]
     outline = _outline(footprint)
     x, y = sweep.points[near, 0], sweep.points[near, 1]
     within = _inside(x, y, outline).nonzero()[0]

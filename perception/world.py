@@ -13,6 +13,7 @@ from perception.mapping.confidence import Knowledge
 from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
 from perception.odometry import Displacement, corrected, is_restart, moved, step_between
+from perception.places import NotedPlace
 from perception.settings import PerceptionSettings
 from perception.sweep import ScanPoints
 from transport.arithmetic import atan2, cos, cos_sin, distance_between, sin
@@ -33,6 +34,8 @@ def to_robot(pose: Pose, point: Point) -> Point:
     return (dx * cosine + dy * sine, dy * cosine - dx * sine)
 
 
+LOST, FOUND = "lost", "found"
+"""The events of a robot that no longer knows where it is on its map, and of one that knows it again."""
 BEYOND = 1.0
 """How far beyond the exit of an earlier attempt the robot drives the next time, m."""
 
@@ -83,6 +86,8 @@ class WorldModel:
         dead_ends: those seen since then that may be doors, in order.
         dismissed: those of them that the robot has been at.
         way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
+        marked: the place that a machine has marked last; None before.
+        events: what has happened in this tick, for the machine: `lost` or `found`.
     """
 
     settings: PerceptionSettings
@@ -99,6 +104,8 @@ class WorldModel:
     dead_ends: list[DoorPlace] = field(default_factory=list)
     dismissed: list[DoorPlace] = field(default_factory=list)
     way_out: Point | None = None
+    marked: NotedPlace | None = None
+    events: tuple[str, ...] = ()
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0
@@ -113,9 +120,10 @@ class WorldModel:
         for doors have shut again.
         """
         again = WorldModel(self.settings)
-        again.marks = Marks(self.marks.tolerance, known=tuple(self.marks.places))
+        again.marks = Marks(self.marks.tolerance, known=self.marks.places)
         if self.surveyor is not None:
             again.surveyor, again._aligned = self.surveyor.from_the_start(), self._aligned
+            again.marks.places.surveyor = again.surveyor
             again.dead_ends = list(self.dead_ends)
             again.way_out = to_world(self.pose, (BEYOND, 0.0))
         return again
@@ -155,7 +163,22 @@ class WorldModel:
         if self.surveyor is None:
             self.surveyor = Surveyor(self.settings.mapping, self.pose)
             self.surveyor.see(sweep)
+            self.marks.places.surveyor = self.surveyor
         return self.surveyor
+
+    @classmethod
+    def on_map(
+        cls, settings: PerceptionSettings, surveyor: Surveyor, dead_ends: list[DoorPlace], way_out: Point | None
+    ) -> WorldModel:
+        """The world model of a robot that begins on a map that was made before; its frame is the map's."""
+        world = cls(settings, surveyor=surveyor, dead_ends=dead_ends, way_out=way_out)
+        world.marks.places.surveyor = surveyor
+        world._aligned = surveyor.supposed is not None
+        return world
+
+    def mark_place(self) -> None:
+        """Keep the robot's place, to come back to it."""
+        self.marked = self.marks.places.fixed(self.pose)
 
     @property
     def place_known(self) -> bool:
@@ -167,10 +190,16 @@ class WorldModel:
 
         A lost robot's pose is dead reckoning from where it was last known, until it is found.
         """
-        if self.surveyor:
-            self.surveyor.see(sweep)
-            if self.surveyor.knowledge is not Knowledge.LOST:
-                self.pose = self.surveyor.pose
+        self.events = ()
+        if self.surveyor is None:
+            return
+        was_lost = self.surveyor.knowledge is Knowledge.LOST
+        self.surveyor.see(sweep)
+        lost = self.surveyor.knowledge is Knowledge.LOST
+        if lost != was_lost:
+            self.events = (LOST,) if lost else (FOUND,)
+        if not lost:
+            self.pose = self.surveyor.pose
 
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Update the robot's lane with the scan."""

@@ -2,15 +2,15 @@
 
     python scripts/readme_animation.py
 
-The machine and the maze are run in the simulator with seed 0. The pictures are SVG with CSS animations, one for light
-pages and one for dark ones. A reader who asked for less motion sees the path and the first state.
+The machine and the maze are run in the simulator with seed 0. The pictures are SVG with CSS animations, for light
+and for dark pages, in wide and in narrow windows. A reader who asked for less motion sees the path and the first state.
 """
 
 from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,10 +31,7 @@ wall 3 3  3 1  1 1  1 2  2 2
 exit 3 3  4 3
 """
 WALLS = ((3, 3, 0, 3, 0, 0, 4, 0, 4, 3), (3, 3, 3, 1, 1, 1, 1, 2, 2, 2))
-SCALE, MARGIN, WIDTH, HEIGHT = 64, 24, 460, 264
-BOXES = {"driving": 44, "turning": 104, "outside": 172, "stuck": 222}
-"""Where each state's box begins, px from the top."""
-
+MARGIN = 24
 FASTER, EVERY = 5.0, 3
 """The animation runs this many times as fast as the robot; one frame for each EVERY ticks."""
 
@@ -51,9 +48,60 @@ class Colours:
     robot: str
 
 
+LIGHT = Colours("#1f2328", "#afb8c1", "#1f2328", "#0a7d6c", "#ffffff", "#d1540f")
+DARK = Colours("#e6edf3", "#57606a", "#e6edf3", "#2dbfa8", "#06231f", "#ff9d5c")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where things are, in px.
+
+    Attributes:
+        size: of the picture, across and down.
+        scale: of the maze, px for a metre.
+        boxes: the left upper corner of each state's box.
+        arrows: the lines between the boxes, as a path.
+        heads: the heads of the arrows, as a path.
+    """
+
+    size: tuple[int, int]
+    scale: float
+    boxes: Mapping[str, tuple[int, int]]
+    arrows: str
+    heads: str
+
+    def x(self, across: float) -> float:
+        """Pixels from the left."""
+        return MARGIN + across * self.scale
+
+    def y(self, up: float) -> float:
+        """Pixels from the top."""
+        return MARGIN + (3 - up) * self.scale
+
+
+BESIDE = Layout(
+    (260, 340),
+    53,
+    {"driving": (12, 220), "turning": (154, 220), "outside": (12, 296), "stuck": (154, 296)},
+    "M 106 230 H 148 M 154 242 H 112 M 59 252 V 290 M 201 252 V 290",
+    "M 147 226 v 8 l 7 -4 z M 113 238 v 8 l -7 -4 z M 55 289 h 8 l -4 7 z M 197 289 h 8 l -4 7 z",
+)
+"""Narrow enough for a place beside the README's machine."""
+
+ABOVE = Layout(
+    (460, 264),
+    64,
+    {"driving": (330, 44), "turning": (330, 104), "outside": (330, 172), "stuck": (330, 222)},
+    "M 352 76 V 98 M 402 104 V 82 M 330 120 H 318 V 238 H 324 M 424 60 H 444 V 188 H 430",
+    "M 348 97 h 8 l -4 7 z M 398 83 h 8 l -4 -7 z M 323 234 v 8 l 7 -4 z M 431 184 v 8 l -7 -4 z",
+)
+"""For a narrow window, above the machine: as wide as that."""
+
 VARIANTS = {
-    "run-light.svg": Colours("#1f2328", "#afb8c1", "#1f2328", "#0a7d6c", "#ffffff", "#d1540f"),
-    "run-dark.svg": Colours("#e6edf3", "#57606a", "#e6edf3", "#2dbfa8", "#06231f", "#ff9d5c"),
+    "run-light.svg": (BESIDE, LIGHT),
+    "run-dark.svg": (BESIDE, DARK),
+    "run-light-narrow.svg": (ABOVE, LIGHT),
+    "run-dark-narrow.svg": (ABOVE, DARK),
 }
 
 
@@ -66,10 +114,10 @@ class Frame:
 
 
 def main() -> None:
-    """Run the machine and draw both variants."""
+    """Run the machine and draw all variants."""
     frames = run()
-    for name, colours in VARIANTS.items():
-        (IMAGES / name).write_text(svg(frames, colours), encoding="utf-8")
+    for name, (layout, colours) in VARIANTS.items():
+        (IMAGES / name).write_text(svg(frames, layout, colours), encoding="utf-8")
 
 
 def machine_text() -> str:
@@ -97,14 +145,15 @@ def run() -> Sequence[Frame]:
     return [*frames[:-1:EVERY], *[frames[-1]] * 8]
 
 
-def svg(frames: Sequence[Frame], colours: Colours) -> str:
+def svg(frames: Sequence[Frame], layout: Layout, colours: Colours) -> str:
     """The animation as one document."""
     seconds = len(frames) * EVERY / 10 / FASTER
-    walls = "".join(f'<polyline points="{points(wall)}"/>' for wall in WALLS)
-    path = " ".join(f"{x(one.pose):.1f},{y(one.pose):.1f}" for one in frames)
-    boxes = "".join(box(name, top) for name, top in BOXES.items())
-    states = "\n".join(lit(name, frames, colours) for name in BOXES)
-    size = f'viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
+    walls = "".join(f'<polyline points="{points(wall, layout)}"/>' for wall in WALLS)
+    path = " ".join(f"{layout.x(one.pose.x):.1f},{layout.y(one.pose.y):.1f}" for one in frames)
+    boxes = "".join(box(name, *corner) for name, corner in layout.boxes.items())
+    states = "\n".join(lit(name, frames, colours) for name in layout.boxes)
+    width, height = layout.size
+    size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
     return f"""<svg xmlns="http://www.w3.org/2000/svg" {size} role="img">
 <title>A robot drives through a spiral; the active state of its machine is lit</title>
 <style>
@@ -118,24 +167,24 @@ text {{ font: 14px ui-monospace, monospace; fill: {colours.text}; }}
 .lamp {{ fill: {colours.lit}; opacity: 0; animation-duration: {seconds:.1f}s; animation-timing-function: step-end;
   animation-iteration-count: infinite; }}
 #driving {{ opacity: 1; }}
-@keyframes drive {{ {moves(frames)} }}
+@keyframes drive {{ {moves(frames, layout)} }}
 {states}
 @media (prefers-reduced-motion: reduce) {{ * {{ animation: none !important; }} }}
 </style>
 <g class="walls">{walls}</g>
 <polyline class="path" points="{path}"/>
-<g class="robot" style="transform: {place(frames[0])}"><path d="M -11 -13 H 7 A 13 13 0 0 1 7 13 H -11 Z"/></g>
+<g class="robot" style="transform: {place(frames[0], layout)}"><path d="M -9 -11 H 6 A 11 11 0 0 1 6 11 H -9 Z"/></g>
 {boxes}
-<path class="arrow" d="M 352 76 V 98 M 402 104 V 82 M 330 120 H 318 V 238 H 324 M 424 60 H 444 V 188 H 430"/>
-<path class="head" d="M 348 97 h 8 l -4 7 z M 398 83 h 8 l -4 -7 z M 323 234 v 8 l 7 -4 z M 431 184 v 8 l -7 -4 z"/>
+<path class="arrow" d="{layout.arrows}"/>
+<path class="head" d="{layout.heads}"/>
 </svg>
 """
 
 
-def box(name: str, top: int) -> str:
+def box(name: str, left: int, top: int) -> str:
     """A state: its lamp, its frame and its name."""
-    frame = f'x="330" y="{top}" width="94" height="32" rx="6"'
-    text = f'<text x="377" y="{top + 21}" text-anchor="middle" class="{name}">{name}</text>'
+    frame = f'x="{left}" y="{top}" width="94" height="32" rx="6"'
+    text = f'<text x="{left + 47}" y="{top + 21}" text-anchor="middle" class="{name}">{name}</text>'
     return f'<rect id="{name}" class="lamp" {frame}/><rect class="box" {frame}/>{text}\n'
 
 
@@ -157,31 +206,24 @@ def lit(name: str, frames: Sequence[Frame], colours: Colours) -> str:
     )
 
 
-def moves(frames: Sequence[Frame]) -> str:
+def moves(frames: Sequence[Frame], layout: Layout) -> str:
     """The key frames of the robot."""
     last = len(frames) - 1
-    return " ".join(f"{100 * index / last:.2f}% {{ transform: {place(one)}; }}" for index, one in enumerate(frames))
+    return " ".join(
+        f"{100 * index / last:.2f}% {{ transform: {place(one, layout)}; }}" for index, one in enumerate(frames)
+    )
 
 
-def place(frame: Frame) -> str:
+def place(frame: Frame, layout: Layout) -> str:
     """The robot's transform in the picture; angles are clockwise there."""
-    return f"translate({x(frame.pose):.1f}px,{y(frame.pose):.1f}px) rotate({-frame.pose.heading:.2f}rad)"
+    across, down = layout.x(frame.pose.x), layout.y(frame.pose.y)
+    return f"translate({across:.1f}px,{down:.1f}px) rotate({-frame.pose.heading:.2f}rad)"
 
 
-def x(pose: Pose) -> float:
-    """Pixels from the left."""
-    return MARGIN + pose.x * SCALE
-
-
-def y(pose: Pose) -> float:
-    """Pixels from the top."""
-    return HEIGHT - MARGIN - pose.y * SCALE
-
-
-def points(wall: Sequence[float]) -> str:
+def points(wall: Sequence[float], layout: Layout) -> str:
     """A wall as pixels."""
     corners = zip(wall[::2], wall[1::2], strict=True)
-    return " ".join(f"{MARGIN + across * SCALE:.0f},{HEIGHT - MARGIN - up * SCALE:.0f}" for across, up in corners)
+    return " ".join(f"{layout.x(across):.0f},{layout.y(up):.0f}" for across, up in corners)
 
 
 if __name__ == "__main__":

@@ -10,8 +10,11 @@ from pymunk.autogeometry import convex_decomposition
 
 from sim.maze import Point
 from transport.arithmetic import chord_over_arc, cos_sin
+from transport.compiled import compiled
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist, wrap_angle
+
+Placed = tuple[float, float, float]
 
 
 class Body:
@@ -44,6 +47,7 @@ class Body:
         self.twist = STOP
         self._steady = True
         self._in_touch = False
+        self._shapes_behind = False
         self._wanted: tuple[Point, float] = (0.0, 0.0), 0.0
 
     @property
@@ -63,6 +67,8 @@ class Body:
             duration: length of the step, s.
             touching: whether the robot is in contact with something.
         """
+        if self._shapes_behind:
+            self._turn_shapes()
         if self.twist is not target:
             self.twist = self.description.towards(self.twist, target, duration)
             self._steady = False
@@ -92,6 +98,25 @@ class Body:
         # Straight on at constant speed, the body needs nothing new.
         self._steady = twist is target and twist.turn == 0.0 and not touching
 
+    def glide(self, target: Twist, duration: float, steps: int) -> None:
+        """Follow a velocity for some steps where nothing can be touched: the same motion as the physics makes of it.
+
+        Args:
+            target: the velocity to strive for, within the limits.
+            duration: length of a step, s.
+            steps: how many.
+        """
+        place = (*self.body.position, self.heading)
+        while steps:
+            if self.twist is not target:
+                self.twist = self.description.towards(self.twist, target, duration)
+            alike = steps if self.twist is target else 1
+            twist = self.twist
+            place = follow_arc(place, (twist.forward, twist.left, twist.turn), duration, alike)
+            steps -= alike
+        self.body.position, self.heading = place[:2], place[2]
+        self._shapes_behind, self._steady = True, False
+
     def _take_wanted(self, body: pymunk.Body, _gravity: object, _damping: float, _duration: float) -> None:
         body.velocity, body.angular_velocity = self._wanted
 
@@ -103,9 +128,35 @@ class Body:
             self._turn_shapes()
 
     def _turn_shapes(self) -> None:
+        self._shapes_behind = False
         cos, sin = cos_sin(self.heading)
         for polygon, corners in zip(self._polygons, self._corners, strict=True):
             polygon.unsafe_set_vertices([(cos * x - sin * y, sin * x + cos * y) for x, y in corners])
+
+
+@compiled
+def follow_arc(place: Placed, velocity: Placed, duration: float, steps: int) -> Placed:
+    """Where a constant velocity carries a robot, step by step as Chipmunk adds it up.
+
+    Args:
+        place: x and y in m, heading in rad.
+        velocity: forward and to the left in m/s, turn in rad/s, in the robot's frame.
+        duration: length of a step, s.
+        steps: how many.
+
+    Returns:
+        The place at the end.
+    """
+    (x, y, heading), (forward, left, turn) = place, velocity
+    half = turn * duration / 2
+    chord = chord_over_arc(half)
+    for _ in range(steps):
+        cos, sin = cos_sin(heading + half)
+        cos, sin = chord * cos, chord * sin
+        x += (cos * forward - sin * left) * duration
+        y += (sin * forward + cos * left) * duration
+        heading += turn * duration
+    return x, y, heading
 
 
 def convex_parts(footprint: Sequence[Point]) -> list[list[Point]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sim.maze import Point, Segments
 from transport.arithmetic import cos_sin, norms
+from transport.compiled import compiled
 from transport.messages import Pose
 
 CLOSE = 1e-3
@@ -42,6 +43,13 @@ def distances(points: Points, segments: Segments) -> NDArray[np.float64]:
     return norms(px - along * dx, py - along * dy)
 
 
+@compiled
+def nearest_segment(x: float, y: float, segments: Segments) -> float:
+    """The distance from a point to the nearest segment, m; infinite for none."""
+    return float(distances(np.array([[x, y]]), segments).min()) if len(segments) else math.inf
+
+
+@compiled
 def outline_distance(corners: Points, segments: Segments) -> float:
     """The smallest distance between a polygon's outline and segments that do not cross it, m; infinite for none."""
     if len(segments) == 0:

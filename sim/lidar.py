@@ -11,9 +11,7 @@ that loses digits, are intersected with each beam instead.
 
 from __future__ import annotations
 
-import importlib.util
 import math
-import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -22,6 +20,7 @@ from numpy.typing import NDArray
 from sim.geometry import CLOSE, STRAIGHT
 from sim.maze import Segments
 from transport.arithmetic import cos_sin, cosines_and_sines
+from transport.compiled import compiled
 from transport.messages import Pose, ScanGeometry
 
 Ranges = NDArray[np.float64]
@@ -31,8 +30,9 @@ BeamRange = tuple[float, float, float]
 Kernel = Callable[[Segments, Sensor, Ranges, BeamRange], Ranges]
 
 
+@compiled
 def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: BeamRange) -> Ranges:
-    """The distance along each beam to the nearest segment, by plain numpy.
+    """The distance along each beam to the nearest segment.
 
     Args:
         segments: what the beams can hit, shape (n, 4).
@@ -101,49 +101,17 @@ def _along_beam(u: Vector, a: Vector, b: Vector) -> float:
     return distance if distance >= 0.0 else math.inf
 
 
-def compiled() -> Kernel | None:
-    """The same projection as machine code with the same bits, or None where numba is not available."""
-    if importlib.util.find_spec("numba") is None:
-        return None
-    try:
-        from sim._lidar_numba import project as compiled_project  # noqa: PLC0415 - numba takes its time to import
-    except RuntimeError:  # there is no folder where numba may keep the machine code
-        return None
-    return compiled_project
-
-
-class Adaptive:
-    """Plain numpy at first, machine code once enough scans justify loading it; the bits are equal."""
-
-    def __init__(self, patience: int = 4000) -> None:
-        """Args: after this many scans the machine code is loaded."""
-        self._left = patience
-        self._kernel: Kernel = project
-
-    def __call__(self, segments: Segments, sensor: Sensor, beams: Ranges, fan: BeamRange) -> Ranges:
-        """See `project`."""
-        self._left -= 1
-        if self._left == 0 or (self._left > 0 and "sim._lidar_numba" in sys.modules):
-            self._left = 0
-            self._kernel = compiled() or project
-        return self._kernel(segments, sensor, beams, fan)
-
-
-_ADAPTIVE = Adaptive()
-"""Shared by all lasers of the process."""
-
-
 class Lidar:
     """A laser range finder without noise."""
 
     def __init__(self, geometry: ScanGeometry, mount: Pose | None = None, kernel: Kernel | None = None) -> None:
-        """Args: the beams, the sensor's pose in the robot's frame, and the projection (an `Adaptive` one)."""
+        """Args: the beams, the sensor's pose in the robot's frame, and the projection (`project`)."""
         self.geometry = geometry
         self.mount = mount or Pose()
         angles = geometry.angles()
         self._beams = np.stack(cosines_and_sines(angles))
         self._fan = (geometry.angle_min, geometry.angle_increment, geometry.range_max)
-        self._project = kernel or _ADAPTIVE
+        self._project = kernel or project
 
     def ranges(self, segments: Segments, robot: Pose) -> Ranges:
         """Exact distances along the beams.

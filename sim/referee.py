@@ -209,7 +209,7 @@ class Referee:
     def _distance_if_smaller(self, pose: Pose, world: PhysicalWorld, base: Body, name: str) -> float:
         """The robot's distance to what is solid if it may be the smallest so far; otherwise infinity."""
         reach = self._clearance + base.radius
-        if not world.anything_within(name, reach):
+        if world.room(name) > reach:
             return math.inf
         solids = world.around(name)
         near = solids[distances(np.array([[pose.x, pose.y]]), solids)[0] <= reach + 1e-6]

@@ -11,7 +11,7 @@ import pymunk
 
 from sim.body import Body, convex_parts
 from sim.doors import SlidingDoor
-from sim.geometry import edges, outline_distance, placed
+from sim.geometry import edges, nearest_segment, outline_distance, placed
 from sim.maze import Maze, Point, Segments
 from sim.objects import MovingObstacle
 from transport.description import RobotDescription
@@ -23,6 +23,8 @@ DOORWAY = 0.1
 """An open door waits while a robot is nearer to the doorway than this, m."""
 UNKNOWN = "the edge of the unknown"
 """What a robot touches where a map ends."""
+_APART = 0.01
+"""A robot that stays farther than this from everything, m, moves without the physics."""
 _ROBOT, _SOLID = 1, 2
 
 
@@ -69,6 +71,7 @@ class PhysicalWorld:
         self._in_touch: set[str] = set()
         self._solids: Segments | None = None
         self._outlines: dict[str, Segments] = {}
+        self._room: dict[str, float] = {}
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._names: dict[pymunk.Shape, str] = {}
@@ -136,7 +139,14 @@ class PhysicalWorld:
         things = list(zip(self.objects, self._things, strict=True))
         if doors or things:
             self._solids = None
-        self._outlines = {}
+        if not doors and not things and self._is_free(targets, substeps * duration):
+            for _, base, target in driven:
+                base.glide(target, duration, substeps)
+            self._steps += substeps
+            self.time = self._began + self._steps * duration
+            self._room = {}
+            return
+        self._outlines, self._room = {}, {}
         for _ in range(substeps):
             for name, base, target in driven:
                 base.drive(target, duration, touching=name in self._in_touch)
@@ -152,6 +162,17 @@ class PhysicalWorld:
         for door, body in doors:
             if door.at_rest:
                 body.velocity = 0.0, 0.0
+
+    def _is_free(self, targets: Mapping[str, Twist], duration: float) -> bool:
+        """Whether there is one robot, and nothing that stands still around it comes near it within a time (s)."""
+        if len(self.bases) > 1 or self._in_touch:
+            return False
+        for name, target in targets.items():
+            base = self.bases[name]
+            travel = max(base.twist.speed, target.speed) * duration
+            if self.room(name) <= base.radius + travel + _APART:
+                return False
+        return True
 
     def _robot_points(self) -> list[Point]:
         return [(base.body.position.x, base.body.position.y) for base in self.bases.values()]
@@ -181,15 +202,17 @@ class PhysicalWorld:
         others = [outline for other, outline in self._outlines.items() if other != name]
         return np.concatenate([self.solids(), *others])
 
-    def anything_within(self, name: str, distance: float) -> bool:
-        """Whether anything solid comes as near as this to a robot's origin, m."""
-        base = self.bases[name]
-        return self._space.point_query_nearest(base.body.position, distance, base.shapes[0].filter) is not None
+    def room(self, name: str) -> float:
+        """The distance from a robot's origin to the nearest solid thing, m."""
+        if name not in self._room:
+            x, y = self.bases[name].body.position
+            self._room[name] = nearest_segment(x, y, self.around(name))
+        return self._room[name]
 
     def put(self, name: str, pose: Pose) -> None:
         """Lift a robot and put it down elsewhere, at rest."""
         self.bases[name].put(pose)
-        self._outlines = {}
+        self._outlines, self._room = {}, {}
         self._space.reindex_shapes_for_body(self.bases[name].body)
         for pair in [pair for pair in self._touching if name in pair]:
             del self._touching[pair]

@@ -18,6 +18,7 @@ from skills.activities.drive import Drive
 from skills.activities.drive_to import DriveTo
 from skills.activities.explore import Explore, GoToDoor
 from skills.activities.follow_wall import FollowWall
+from skills.activities.go_to import GoTo
 from skills.activities.make_room import MakeRoom
 from skills.activities.move import Move
 from skills.activities.navigate_to_pose import NavigateToPose
@@ -41,6 +42,7 @@ ACTIVITIES: tuple[type[Activity[Facts, Command]], ...] = (
     DriveTo,
     Explore,
     FollowWall,
+    GoTo,
     GoToDoor,
     LeaveJunction,
     MakeRoom,
@@ -61,13 +63,28 @@ SIGNALS: tuple[Callable[..., Any], ...] = (
     marks.junction_new,
     places.map_known,
     places.map_doors,
+    places.map_edges,
+    places.map_unexplored,
+    places.place_x,
+    places.place_y,
+    places.place_heading,
+    places.place_visited,
+    places.way_known,
+    places.way_distance,
+    places.way_time,
+    places.way_turn,
     places.place_known,
     places.place_lost,
     places.place_deviation,
 )
 """What it may ask, beside perception's signals."""
 
-ACTIONS: tuple[Callable[..., Any], ...] = (marks.junction_arrive, marks.junction_mark, places.map_begin)
+ACTIONS: tuple[Callable[..., Any], ...] = (
+    marks.junction_arrive,
+    marks.junction_mark,
+    places.map_begin,
+    places.place_mark,
+)
 """What it may note."""
 
 

@@ -9,10 +9,14 @@ from numpy.typing import NDArray
 
 from skills.surroundings import Points
 from transport.arithmetic import cos_sin, norms
+from transport.compiled import compiled
 from transport.section import Point
 
 _EXACT, _SLIGHT = 1e-9, 1e-6
 _HALVINGS = 40
+
+Box = tuple[float, float, float, float, float]
+"""A box with rounded corners: x and y of its middle, half of its core's length and width, radius of its corners, m."""
 
 
 class Outline:
@@ -33,6 +37,8 @@ class Outline:
         self.half = (corners.max(axis=0) - corners.min(axis=0)) / 2
         self.rounding = _rounding(np.abs(corners - self.middle), self.half)
         self._core = self.half - self.rounding
+        middle, core = self.middle.tolist(), self._core.tolist()
+        self._box: Box = (*middle, *core, self.rounding)
 
     @property
     def is_round(self) -> bool:
@@ -41,9 +47,7 @@ class Outline:
 
     def apart(self, points: Points) -> tuple[Points, NDArray[np.float64]]:
         """The way from the outline's core to each point, m, and how far each is from the outline; zero within it."""
-        offset = points - self.middle
-        apart = np.sign(offset) * np.maximum(np.abs(offset) - self._core, 0)
-        return np.asarray(apart), np.maximum(norms(apart[:, 0], apart[:, 1]) - self.rounding, 0)
+        return from_core(points, self._box)
 
     def out_of(self, points: Points) -> NDArray[np.float64]:
         """Where to go from the point deepest within the box, m: to the box's far side, by the middle."""
@@ -58,12 +62,26 @@ class Outline:
             points: in the robot's frame, m, shape (n, 2).
             poses: x, y, heading in the same frame, shape (k, 3).
         """
-        cos, sin = np.array([cos_sin(heading) for heading in poses[:, 2].tolist()]).T[:, :, None]
-        dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
-        x = np.abs(cos * dx + sin * dy - self.middle[0]) - self._core[0]
-        y = np.abs(cos * dy - sin * dx - self.middle[1]) - self._core[1]
-        outside = norms(np.maximum(x, 0), np.maximum(y, 0))
-        return float((outside + np.minimum(np.maximum(x, y), 0)).min()) - self.rounding
+        return least_clearance(points, poses, self._box)
+
+
+@compiled
+def from_core(points: Points, box: Box) -> tuple[Points, NDArray[np.float64]]:
+    """See `Outline.apart`."""
+    offset = points - box[:2]
+    apart = np.sign(offset) * np.maximum(np.abs(offset) - box[2:4], 0)
+    return np.asarray(apart), np.maximum(norms(apart[:, 0], apart[:, 1]) - box[4], 0)
+
+
+@compiled
+def least_clearance(points: Points, poses: NDArray[np.float64], box: Box) -> float:
+    """See `Outline.clearance`."""
+    cos, sin = np.array([cos_sin(heading) for heading in poses[:, 2].tolist()]).T[:, :, None]
+    dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
+    x = np.abs(cos * dx + sin * dy - box[0]) - box[2]
+    y = np.abs(cos * dy - sin * dx - box[1]) - box[3]
+    outside = norms(np.maximum(x, 0), np.maximum(y, 0))
+    return float((outside + np.minimum(np.maximum(x, y), 0)).min()) - box[4]
 
 
 def _rounding(corners: Points, half: NDArray[np.float64]) -> float:

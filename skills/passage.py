@@ -11,6 +11,7 @@ from perception.facts import Facts
 from skills.settings import PassageSettings, SkillSettings
 from skills.surroundings import Points
 from transport.arithmetic import cos_sin
+from transport.compiled import compiled
 from transport.description import RobotDescription
 
 DENSE = math.radians(0.3)
@@ -48,8 +49,20 @@ class Passage:
 def points_along(facts: Facts, error: float, settings: PassageSettings) -> Points:
     """The hits near the robot in a frame at the robot turned by the course's ``error``, m, shape (n, 2)."""
     points = facts.sweep.points[:: 2 if facts.observation.scan.geometry.spacing < DENSE else 1]
-    points = points[np.abs(points).max(axis=1) < settings.reach]
-    cos, sin = cos_sin(error)
+    return turned_near(points, cos_sin(error), settings.reach)
+
+
+@compiled
+def turned_near(points: Points, turn: tuple[float, float], reach: float) -> Points:
+    """The points within a square around the robot, in a frame turned from its own, m, shape (k, 2).
+
+    Args:
+        points: in the robot's frame, m, shape (n, 2).
+        turn: cosine and sine of the turn.
+        reach: half the width of the square, m.
+    """
+    points = points[np.abs(points).max(axis=1) < reach]
+    cos, sin = turn
     x, y = points[:, 0], points[:, 1]
     return np.column_stack([cos * x + sin * y, cos * y - sin * x])
 
@@ -66,15 +79,29 @@ def passage_of(points: Points, robot: RobotDescription, look_ahead: float, setti
         look_ahead: m.
         settings: what bounds a passage.
     """
-    x, y = points[:, 0], points[:, 1]
     half = robot.half_width
+    limits = half, look_ahead, settings.alongside, settings.aside, 2 * (half + settings.spare)
+    return Passage(*passage_between(points, limits))
+
+
+@compiled
+def passage_between(points: Points, limits: tuple[float, float, float, float, float]) -> tuple[float, float, float]:
+    """How far the way ahead is free and the bounds of the gap in it, m: see `passage_of`.
+
+    Args:
+        points: hits in the frame of the course, m, shape (n, 2).
+        limits: half the robot's width, how far to look ahead, how much before what is ahead a gap ends, how far aside a
+            gap may be, and how wide it must be, m.
+    """
+    x, y = points[:, 0], points[:, 1]
+    half, look_ahead, alongside, aside, width = limits
     faced = x[(np.abs(y) < half) & (x > 0)]
     ahead = float(faced.min()) if len(faced) else math.inf
     beside = x > -half
-    here = beside & (x < min(max(ahead - settings.alongside, 0.0), look_ahead))
-    around = _gap(y[here], NOWHERE, 0.0, settings.aside) or NOWHERE
-    farther = _gap(y[beside & (x < look_ahead)], around, 2 * (half + settings.spare), settings.aside)
-    return Passage(ahead, *(farther or around))
+    here = beside & (x < min(max(ahead - alongside, 0.0), look_ahead))
+    around = _gap(y[here], NOWHERE, 0.0, aside) or NOWHERE
+    farther = _gap(y[beside & (x < look_ahead)], around, width, aside)
+    return (ahead, *(farther or around))
 
 
 def off_the_walls(passage: Passage, settings: SkillSettings) -> float:

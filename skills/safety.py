@@ -14,6 +14,7 @@ from skills.settings import SafetySettings
 from skills.surroundings import Points
 from transport.arithmetic import norm, norms
 from transport.base import Holonomic, integrate
+from transport.compiled import compiled
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist
 
@@ -120,24 +121,13 @@ class CollisionGuard:
 
     def _margin_ahead(self, points: Points) -> float:
         """The margin for the passage between what is at the left and at the right, up to a little ahead."""
-        x, y = points[:, 0], points[:, 1]
-        middle, half = self._outline.middle, self._outline.half
-        rear, front = middle[0] - half[0], middle[0] + half[0]
-        side = float(half[1])
-        faced = x[(np.abs(y) < side) & (x > front)]
-        foresee = self._settings.foresee
-        ahead = min(foresee, float(faced.min()) - SHORT * foresee) if len(faced) else foresee
-        beside = y[(x > rear) & (x < ahead)]
-        left, right = beside[beside > 0], beside[beside < 0]
-        room = float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf
+        (middle, _), (half, side) = self._outline.middle.tolist(), self._outline.half.tolist()
+        room = room_ahead(points, (middle - half, middle + half, side, self._settings.foresee))
         return self._margin_for(room - 2 * side)
 
     def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
         """The margin between the nearest point and what is opposite to it, however the robot stands still."""
-        lengths = norms(apart[:, 0], apart[:, 1])
-        towards = apart[nearest] / max(float(lengths[nearest]), 1e-9)
-        opposite = distance[apart[:, 0] * towards[0] + apart[:, 1] * towards[1] < -OPPOSITE * lengths]
-        return self._margin_for(float(distance[nearest] + opposite.min()) if len(opposite) else math.inf)
+        return self._margin_for(room_across(apart, distance, nearest))
 
     def _margin_for(self, room: float) -> float:
         """The margin where the robot has this much room (m) besides itself."""
@@ -153,3 +143,35 @@ class CollisionGuard:
             poses.append((pose.x, pose.y, pose.heading))
             twist = self.brake(twist)
         return np.asarray(poses or [(0.0, 0.0, 0.0)])
+
+
+@compiled
+def room_ahead(points: Points, bounds: tuple[float, float, float, float]) -> float:
+    """From what is at the left to what is at the right, from the robot's rear up to a little ahead, m.
+
+    Args:
+        points: what is near, in the robot's frame, m, shape (n, 2).
+        bounds: how far the outline reaches back, to the front and to a side, and how far to look ahead, m.
+    """
+    x, y = points[:, 0], points[:, 1]
+    rear, front, side, foresee = bounds
+    faced = x[(np.abs(y) < side) & (x > front)]
+    ahead = min(foresee, float(faced.min()) - SHORT * foresee) if len(faced) else foresee
+    beside = y[(x > rear) & (x < ahead)]
+    left, right = beside[beside > 0], beside[beside < 0]
+    return float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf
+
+
+@compiled
+def room_across(apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
+    """From the nearest point across the robot to what is opposite to it, without the robot itself, m.
+
+    Args:
+        apart: the way from the outline's core to each point, m, shape (n, 2).
+        distance: of each point from the outline, m, shape (n,).
+        nearest: which point is nearest.
+    """
+    lengths = norms(apart[:, 0], apart[:, 1])
+    towards = apart[nearest] / max(float(lengths[nearest]), 1e-9)
+    opposite = distance[apart[:, 0] * towards[0] + apart[:, 1] * towards[1] < -OPPOSITE * lengths]
+    return float(distance[nearest] + opposite.min()) if len(opposite) else math.inf

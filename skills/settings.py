@@ -134,8 +134,8 @@ class ArcSettings(Settings):
 class ExploreSettings(Settings):
     """Choosing where to drive on the map."""
 
-    outward: Positive = 8.0
-    """A place counts as this much farther off for each metre that it is inside of what has been seen, s."""
+    outward: Positive = 1.0
+    """The way from there to the outside, as far as it is not known to be shut, counts this many times."""
     change: Positive = 2.0
     """Another place than the one chosen must be better by this much, s."""
     patience: Positive = 3.5

@@ -11,6 +11,7 @@ from perception.facts import Facts
 from perception.sweep import ScanPoints
 from skills.frames import Frame
 from transport.arithmetic import cos_sin, norms
+from transport.compiled import compiled
 from transport.messages import Pose
 
 Points = NDArray[np.float64]
@@ -44,19 +45,48 @@ class Surroundings:
             return np.empty((0, 2))
         before, points = self._last
         motion = Frame(before).local(pose)
-        cos, sin = cos_sin(motion.heading)
-        dx, dy = points[:, 0] - motion.x, points[:, 1] - motion.y
-        moved = np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
-        near = norms(moved[:, 0], moved[:, 1]) < self._reach
-        return np.asarray(moved[sweep.fan.blind(moved) & near][-REMEMBERED:])
+        near = carried_near(points, (motion.x, motion.y, *cos_sin(motion.heading)), self._reach)
+        return np.asarray(sweep.fan.blind(near)[-REMEMBERED:])
 
 
 def near_points(sweep: ScanPoints, reach: float) -> Points:
     """The nearest hits of every three beams within ``reach`` (m) of the sensor, in the robot's frame, shape (n, 2)."""
-    count = len(sweep.ranges) // STRIDE * STRIDE
-    ranges = np.where(sweep.ranges[:count] < reach, sweep.ranges[:count], math.inf).reshape(-1, STRIDE)
-    nearest = ranges.argmin(axis=1)
-    rows = np.flatnonzero(np.isfinite(ranges).any(axis=1))
+    fan = sweep.fan
+    return nearest_of_beams(sweep.ranges, fan.cosines, fan.sines, (fan.mount.x, fan.mount.y), reach)
+
+
+@compiled
+def nearest_of_beams(
+    ranges: Points, cosines: Points, sines: Points, place: tuple[float, float], reach: float
+) -> Points:
+    """The nearest hit of every three beams, m in the robot's frame, shape (k, 2).
+
+    Args:
+        ranges: of the beams, m, shape (n,); NaN where nothing is known.
+        cosines: of their directions, shape (n,).
+        sines: the same.
+        place: the sensor's, m.
+        reach: a hit farther from the sensor counts as none, m.
+    """
+    count = len(ranges) // STRIDE * STRIDE
+    near = np.where(ranges[:count] < reach, ranges[:count], math.inf).reshape(-1, STRIDE)
+    nearest = near.argmin(axis=1)
+    rows = np.flatnonzero(np.isfinite(near).any(axis=1))
     beams = rows * STRIDE + nearest[rows]
-    near, fan = sweep.ranges[beams], sweep.fan
-    return np.column_stack([fan.mount.x + near * fan.cosines[beams], fan.mount.y + near * fan.sines[beams]])
+    away = ranges[beams]
+    return np.column_stack([place[0] + away * cosines[beams], place[1] + away * sines[beams]])
+
+
+@compiled
+def carried_near(points: Points, motion: tuple[float, float, float, float], reach: float) -> Points:
+    """Points in the frame of a robot that has moved, those within reach of it, m, shape (k, 2).
+
+    Args:
+        points: in the robot's frame before it moved, m, shape (n, 2).
+        motion: where the robot is in that frame, m, and cosine and sine of its heading.
+        reach: m.
+    """
+    x, y, cos, sin = motion
+    dx, dy = points[:, 0] - x, points[:, 1] - y
+    moved = np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
+    return np.asarray(moved[norms(moved[:, 0], moved[:, 1]) < reach])

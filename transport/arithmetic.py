@@ -19,6 +19,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.compiled import compiled
+
 Floats = NDArray[np.float64]
 Number = TypeVar("Number", float, Floats)
 
@@ -75,6 +77,7 @@ def _near_zero(near: Number, below: Number) -> tuple[Number, Number]:
     return cosine, sine
 
 
+@compiled
 def cos_sin(angle: float) -> tuple[float, float]:
     """The cosine and the sine of an angle in rad; NaN of NaN.
 
@@ -170,6 +173,7 @@ def _atan(x: float) -> float:
     return at - ((x * (odd + even) - rest) - x)
 
 
+@compiled
 def atan2(y: float, x: float) -> float:
     """The direction of a vector in the plane in rad, from -pi to pi.
 

@@ -15,17 +15,20 @@ from transport.arithmetic import chord_over_arc, cos_sin, norm
 from transport.messages import Pose, Twist, wrap_angle
 from transport.section import Positive, Settings
 
+Limit = Annotated[float, Field(ge=1e-3, le=1e6, allow_inf_nan=False)]
+"""The limit of a velocity or an acceleration: with less, a robot stands still."""
+
 
 class Limits(Settings):
     """The limits of the base."""
 
-    speed: Positive = 0.5
+    speed: Limit = 0.5
     """Largest translational speed, m/s."""
-    turn_rate: Positive = 1.2
+    turn_rate: Limit = 1.2
     """Largest rate of rotation, rad/s."""
-    acceleration: Positive = 1.5
+    acceleration: Limit = 1.5
     """Largest change of the translational speed, m/s^2."""
-    turn_acceleration: Positive = 6.0
+    turn_acceleration: Limit = 6.0
     """Largest change of the rate of rotation, rad/s^2."""
     translation: Literal["norm", "axis"] = "norm"
     """Whether the speed limit holds for the norm of the translational velocity or for each of its axes."""

@@ -12,6 +12,7 @@ from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
 from transport.outline import area_of, outline_fault
 from transport.section import Angle, Coordinate, Finite, Period, Point, Positive, Settings, grown, is_network_name
+from transport.wording import shortened
 
 __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription", "fitted"]
 
@@ -131,7 +132,7 @@ class RobotDescription(Settings):
     def _sayable(cls, value: str, info: ValidationInfo) -> str:
         spelt = value.replace("{name}", "name").strip("/")
         if not is_network_name(spelt) and (spelt or info.field_name == "name"):
-            raise ValueError(f"must be letters, digits, - and _, a letter first, not {value!r}")
+            raise ValueError(f"must be letters, digits, - and _, a letter first, not {shortened(repr(value))}")
         return value
 
     @property

@@ -47,6 +47,10 @@ _NOT_HELD = "the simulator was restarted, or another controller took the robot"
 # A step is sent again after four times as long as answers usually take, then after twice as long each time, within
 # these limits, s; where it takes more than the doubtful time, the simulator is asked whether it knows the lease.
 _SHORTEST_RESEND, _DOUBTFUL, _LONGEST_RESEND = 0.02, 0.1, 1.0
+_QUESTION = 0.3
+"""How long the simulator has for the answer to a question between two steps, s."""
+_STUBBORN = 6.0
+"""After how many limits a simulator that answers questions and makes no step is given up."""
 
 
 class LockstepServer:
@@ -338,37 +342,45 @@ class RemoteLockstep:
             self._inbox.put((*self._scan, self._odometry[1]))
 
     def _receive(self) -> Observation:
-        began = time.monotonic()
-        deadline, pause = began + self._limit, min(max(4 * self._usual, _SHORTEST_RESEND), _LONGEST_RESEND)
-        resend, resent = began + pause, self.resent
-        while (now := time.monotonic()) < deadline:
-            if now >= resend:
+        """Wait for the answer to the last step, and ask for it again.
+
+        The limit counts how long this process waited without a sign of the simulator. What passes while the process
+        itself does not run (on a loaded or suspended computer) is nobody's silence: the answer may be there already.
+        """
+        resent = self.resent
+        pause = left = min(max(4 * self._usual, _SHORTEST_RESEND), _LONGEST_RESEND)
+        waited = silent = 0.0
+        while silent < self._limit and waited < _STUBBORN * self._limit:
+            asked, since = min(left, self._limit - silent), time.monotonic()
+            answer = self._inbox.take(asked)
+            spent = asked if answer is None else min(time.monotonic() - since, asked)
+            waited, silent, left = waited + spent, silent + spent, left - spent
+            if answer is None:
                 if pause >= _DOUBTFUL:
-                    self._check_lease(deadline)
+                    silent = 0.0 if self._knows_lease() else silent + _QUESTION
                 self._publisher.put(*self._step)
                 self.resent += 1
-                pause = min(2 * pause, _LONGEST_RESEND)
-                resend = time.monotonic() + pause
-            answer = self._inbox.take(max(0.0, min(resend, deadline) - now))
-            if answer is None:
+                pause = left = min(2 * pause, _LONGEST_RESEND)
                 continue
             tag, scan, odometry = answer
             if tag.sequence == self._sequence:
                 if self.resent == resent:
-                    self._usual += (time.monotonic() - began - self._usual) / 8
+                    self._usual += (waited - self._usual) / 8
                 self._finished = tag.finished
                 return observed(tag.stamp, scan, odometry, tag.door)
             self.dropped["repeated"] += 1
+        if silent < self._limit:
+            raise LinkError(f"the simulator of {self._robot!r} answers, but made no step for {waited:.3g} s")
         raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
 
-    def _check_lease(self, deadline: float) -> None:
-        """Distinguish a restarted simulator from one that is only slow or gone."""
-        left = max(0.05, min(0.3, deadline - time.monotonic()))
+    def _knows_lease(self) -> bool:
+        """Whether the simulator answers a question: a slow one does, one that has gone or was restarted does not."""
         try:
-            state = ask_state(self._bus, self._robot, self._secret, left)
+            state = ask_state(self._bus, self._robot, self._secret, _QUESTION)
         except LinkError:
-            return
+            return False
         self._held(state)
+        return True
 
     def _held(self, state: SessionState) -> SessionState:
         if not state.held:

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from transport.arithmetic import power
 
@@ -23,10 +23,33 @@ Period = Annotated[float, Field(ge=0.001, le=10, allow_inf_nan=False)]
 """A time from one step to the next, s; shorter or longer ones would never end."""
 
 
+def _topic(name: str) -> str:
+    if len(name) > LONGEST_NAME or not _TOPIC.fullmatch(name):
+        raise ValueError(f"must be a ROS name, such as `scan` or `/front/scan`, of at most {LONGEST_NAME} characters")
+    return name
+
+
+_TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_-]*(/[A-Za-z_][A-Za-z0-9_-]*)*")
+LONGEST_NAME = 100
+"""The longest name on a network, in characters."""
+Topic = Annotated[str, AfterValidator(_topic)]
+"""The name of a topic, service or action of ROS."""
+
+
 class Settings(BaseModel):
     """A section of a robot profile: immutable, every key documented, an unknown key refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_flag_for_a_number(cls, values: object) -> object:
+        """``true`` would be read as 1."""
+        for name, value in values.items() if isinstance(values, dict) else ():
+            field = cls.model_fields.get(name)
+            if field is not None and isinstance(value, bool) and field.annotation in (int, float):
+                raise ValueError(f"must have a number for `{name}`, not {str(value).lower()}")
+        return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,5 +100,8 @@ _NAME = re.compile(ROBOT_NAME)
 
 
 def is_network_name(name: str) -> bool:
-    """Whether this is a valid robot name on a network: letters, digits, - and _, a letter first; parts divided by /."""
-    return bool(_NAME.fullmatch(name))
+    """Whether this is a valid robot name on a network, at most `LONGEST_NAME` long.
+
+    It consists of letters, digits, - and _, a letter first, and parts are divided by /.
+    """
+    return len(name) <= LONGEST_NAME and bool(_NAME.fullmatch(name))

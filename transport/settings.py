@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from transport.section import Positive, Settings
+from transport.section import Positive, Settings, Topic
 
 
 class LinkSettings(Settings):
@@ -19,22 +19,22 @@ class LinkSettings(Settings):
     """How ROS names become keys: as zenoh-bridge-ros2dds lays them out, or as rmw_zenoh does."""
     domain: Annotated[int, Field(ge=0, le=232)] = 0
     """ROS domain, for rmw_zenoh."""
-    scan: str = "scan"
+    scan: Topic = "scan"
     """Name of the laser's topic, below the robot's namespace."""
-    odometry: str = "odom"
+    odometry: Topic = "odom"
     """Name of the odometry's topic."""
-    command: str = "cmd_vel"
+    command: Topic = "cmd_vel"
     """Name of the velocity command's topic."""
     command_type: Literal["Twist", "TwistStamped"] = "Twist"
     """Type of the velocity command of a bare driver, of geometry_msgs: newer ones require TwistStamped. Its stamp
     is that of the observation which the command answers."""
-    door: str = "open_door"
+    door: Topic = "open_door"
     """Name of the door bell: a service or a topic."""
     door_call: Literal["service", "message"] = "service"
     """Whether the door bell is a service call (std_srvs/Trigger) with an answer, or a message (std_msgs/Empty)."""
-    navigation: str = "navigate_to_pose"
+    navigation: Topic = "navigate_to_pose"
     """Name of the action of a bare driver's own navigation (nav2_msgs/NavigateToPose)."""
-    navigation_frame: str = "map"
+    navigation_frame: Topic = "map"
     """The frame in which that goal is given."""
     dead_man: Positive = 0.25
     """The robot's side stops the base when it has accepted no command for this long, s."""
@@ -49,7 +49,8 @@ class LinkSettings(Settings):
     silence: Positive = 5.0
     """A controller without any message for this long ends the run, s."""
     step: Positive = 10.0
-    """Timeout for one step of a simulator in lockstep, s: the first one may compile code."""
+    """How long a simulator in lockstep may be silent during a step, s: the first one may compile code. One that still
+    answers questions has six times as long."""
     connect: Positive = 5.0
     """Timeout for connecting to a robot, s."""
 

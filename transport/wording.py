@@ -46,6 +46,11 @@ def printable(text: str) -> str:
     return "".join(one if one.isprintable() else "?" for one in text)
 
 
+def shortened(text: str) -> str:
+    """A text of any length as a message shows it."""
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 def in_words(found: ErrorDetails) -> str:
     """One error as a sentence: ```limits.speed` must be more than 0, not -1``."""
     return printable(_sentence(found))
@@ -60,17 +65,22 @@ def _sentence(found: ErrorDetails) -> str:
         return f"{subject}is missing"
     if kind == "value_error":
         return f"{subject}{found['msg'].removeprefix('Value error, ')}"
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        return f"{subject}must have `kind`, one of {', '.join(map(repr, KINDS))}"
+    if kind == "union_tag_invalid":
+        return f"{subject}must have `kind`, one of {limits['expected_tags']}, not {_shortened(limits['tag'])}"
+    if kind == "union_tag_not_found":  # which tags there are, pydantic does not say
+        return f"{subject}must have `kind`" + (f", one of {', '.join(map(repr, KINDS))}" if subject else "")
+    if kind == "json_invalid":
+        return f"{subject}must be JSON: {limits['error']}"
+    if kind == "string_pattern_mismatch":
+        return f"{subject}must match {limits['pattern']}, not {_shortened(found['input'])}"
     return f"{subject}must be {_wanted(kind, limits)}, not {_shortened(found['input'])}"
 
 
 def _shortened(value: object) -> str:
     try:
-        text = repr(value)
+        return shortened(repr(value))
     except (ValueError, RecursionError):  # a number of too many digits, a table in a table in a table ...
         return "this"
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def key_of(location: tuple[int | str, ...]) -> str:

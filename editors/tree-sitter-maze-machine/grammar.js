@@ -98,6 +98,7 @@ module.exports = grammar({
         $.enumeration,
         $.definition,
         $.property,
+        $.assumption,
         $.state,
         $.member,
         $.parallel,
@@ -126,8 +127,11 @@ module.exports = grammar({
         ":",
         field("type", $._type),
         optional(seq("=", field("default", $._expression))),
+        optional(seq(",", $.adjustable)),
         $._line_end,
       ),
+    adjustable: ($) =>
+      seq("adjustable", optional(seq("(", $._expression, ",", $._expression, ")"))),
     variable: ($) =>
       seq(
         "var",
@@ -147,6 +151,7 @@ module.exports = grammar({
       seq("enum", field("name", $._name), "=", commaSeparated(field("value", $._name)), $._line_end),
     definition: ($) => seq("define", field("name", $._name), "=", field("value", $._expression), $._line_end),
     property: ($) => seq("property", field("name", $._name), ":", field("claim", $.claim), $._line_end),
+    assumption: ($) => seq("assume", field("name", $._name), ":", field("claim", $.claim), $._line_end),
     claim: ($) =>
       choice(
         seq("never", $._condition),

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from itertools import count
-from types import CodeType, TracebackType
 from typing import Any
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import Evaluation, eager_signals
+from hsm.engine.generated import NONE, Block, CandidateChain, Occasion
 from hsm.engine.limits import duration, finite, following, interval, whole
 from hsm.model.chart import Action, After, Assign, Call, Emit, Every, Execute, Model, Raise, Send, State, Timed
 from hsm.model.diagnostics import Place
@@ -37,73 +36,8 @@ from hsm.model.expressions import (
 from hsm.model.messages import Emission, Occurrence
 from hsm.model.types import Integer, Quantity, Type
 
-NONE = -1
-"""The result of a chain if no transition fires."""
-
 FEW_PATHS = 16
 """A guard with up to this many paths is decided by nested ``if``s, one with more by adding up its path."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CandidateChain:
-    """Candidates in their order of precedence, and the function that picks one.
-
-    Attributes:
-        candidates: indices of the transitions.
-        pick: gives the index of the transition that fires, or ``NONE``; for time-outs it takes the due ones, too.
-    """
-
-    candidates: tuple[int, ...]
-    pick: Callable[..., int]
-
-
-class Occasion(Enum):
-    """When actions are run."""
-
-    ENTRY = "entry"
-    EXIT = "exit"
-    TRANSITION = "transition"
-    INITIAL = "initial"
-    REPEAT = "repeat"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Block:
-    """Actions that are run together.
-
-    Attributes:
-        run: runs them.
-        actions: what is run, for the record.
-        state: index of the state that they belong to.
-        role: when they are run.
-        code: the function's code, to find it in a traceback.
-        places: where each line of the code comes from.
-        watches: whether they ask which states are active.
-    """
-
-    run: Callable[..., None]
-    actions: tuple[Action, ...]
-    state: int
-    role: Occasion
-    code: CodeType
-    places: tuple[Place | None, ...]
-    watches: bool
-
-    @property
-    def enters(self) -> bool:
-        """Whether the state is entered: its variables are set and its time-outs begin before the actions."""
-        return self.role is Occasion.ENTRY
-
-    def place_of(self, error: BaseException) -> Place | None:
-        """Where in the machine's file an exception came from."""
-        lines = [line for code, line in _frames(error.__traceback__) if code is self.code]
-        return self.places[lines[-1] - 1] if lines else None
-
-
-def _frames(traceback: TracebackType | None) -> Iterator[tuple[CodeType, int]]:
-    while traceback is not None:
-        yield traceback.tb_frame.f_code, traceback.tb_lineno
-        traceback = traceback.tb_next
 
 
 _Continuation = Callable[[int, int], None]
@@ -146,6 +80,7 @@ class Generator:
         self.own_variables = names
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
+        self._changing.update(one.parameter for one in model.adjustable)
         self.states = {state.name: state.index for state in model.states}
         # Runs in several threads share the generator: a counter and ``setdefault`` keep them from assigning a number
         # twice.
@@ -156,6 +91,8 @@ class Generator:
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
+        self._keys: dict[int, tuple[SignalValue, int, bool]] = {}
+        self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
@@ -358,6 +295,17 @@ class Generator:
         run: Callable[..., tuple[Any, ...]] = self._written(writer, "run")
         return run
 
+    def test(self, condition: Expression) -> Callable[..., Any]:
+        """A function of ``(f, m, v, c)`` that returns the value of a condition, made once for each condition object."""
+        found = self._tests.get(id(condition))
+        if found is None:
+            writer = _Writer()
+            writer.add(0, "def run(f, m, v, c):")
+            writer.add(1, f"return {self._inline(writer, condition)}")
+            # The condition is kept with its function, so that its id remains its own.
+            found = self._tests[id(condition)] = condition, self._written(writer, "run")
+        return found[1]
+
     def slot(self, call: SignalValue) -> int:
         """The slot of a signal with these arguments."""
         key = (call.signal.name, ", ".join(map(self._code, call.arguments)))
@@ -366,8 +314,12 @@ class Generator:
 
     def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
         """Where the generated code keeps the value of a call within a step."""
-        slot = self.slot(call)
-        if not self.changing(call):
+        found = self._keys.get(id(call))
+        if found is None:
+            # The call is kept with its slot, so that its id remains its own.
+            found = self._keys[id(call)] = call, self.slot(call), self.changing(call)
+        _, slot, changing = found
+        if not changing:
             return slot
         return (slot, *self.arguments(call.arguments)(None, {}, values, ()))
 

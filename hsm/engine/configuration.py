@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
+from hsm.engine.codegen import Generator
+from hsm.engine.generated import NONE, Block, CandidateChain
 from hsm.engine.looks import WARM, Found, Known, Look, SlowPath
 from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
-from hsm.model.messages import Occurrence
+from hsm.model.messages import Occurrence, OutsideInput
 from hsm.model.topology import Topology
 
 CACHE = 4096
@@ -99,7 +100,7 @@ class Looked(NamedTuple):
 class Grower(Protocol):
     """Makes the trees of a machine, and knows its signals."""
 
-    def grow(self, leaf: Leaf, event: str | Occurrence | None) -> Look:
+    def grow(self, leaf: Leaf, event: OutsideInput | None) -> Look:
         """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
 
         Raises:
@@ -148,7 +149,7 @@ class Leaf:
         self.rest = rest
         self.found: Found = (self,)
         self.go: Look | None = self.advance
-        self._events: dict[str | Occurrence, Look] = {}
+        self._events: dict[OutsideInput, Look] = {}
 
     @property
     def plans(self) -> Iterator[Plan]:
@@ -160,7 +161,7 @@ class Leaf:
         self.go = go = self.grow(None)
         return go(facts, values, found)
 
-    def event(self, event: str | Occurrence) -> Look:
+    def event(self, event: OutsideInput) -> Look:
         """The next look for an event.
 
         Raises:
@@ -171,7 +172,7 @@ class Leaf:
             look = self._events[event] = self.grow(event)
         return look
 
-    def grow(self, event: str | Occurrence | None) -> Look:
+    def grow(self, event: OutsideInput | None) -> Look:
         """The next look, once the leaf is warm.
 
         Raises:

@@ -8,21 +8,20 @@ from dataclasses import replace
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, tolerance
-from hsm.engine.codegen import NONE, Block, Occasion
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Picked, Plan, Selector
-from hsm.engine.evaluation import Evaluation, SignalFault
+from hsm.engine.failures import Failures
+from hsm.engine.generated import NONE, Block, Occasion
 from hsm.engine.invocations import Invocations
-from hsm.engine.limits import duration, reason_of
+from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
-from hsm.engine.run_state import PendingFault, RunState, Work, event_of, fault_event
+from hsm.engine.run_state import PendingFault, RunState, Work, event_of
 from hsm.engine.sessions import InvokedChart
-from hsm.model.chart import Cancel, Held, Model, On, Send
-from hsm.model.events import Event, StateEvent, matches
-from hsm.model.expressions import SignalValue
+from hsm.model.chart import Cancel, Held, Model, Send
+from hsm.model.events import Event, StateEvent
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Emission, Occurrence, ScxmlEvent, Store
+from hsm.model.messages import STORE, Adjustment, Emission, Occurrence, ScxmlEvent, Store
 
 SPIN = 1000
 """A step with more consecutive microsteps than this counts as endless."""
@@ -40,6 +39,11 @@ class MacrostepExecution:
         stopped: states that were left and had an activity, in order.
         sent: events that were sent to other machines, in order.
         outbox: events for sessions that this one does not run, each with its target.
+        facts: the argument of signals and actions.
+        memo: the signals evaluated so far.
+        hits: the paths through guards that were taken, for coverage.
+        queue: the machine's own events that are to be handled.
+        external: events from outside that are to be handled.
     """
 
     def __init__(
@@ -61,19 +65,15 @@ class MacrostepExecution:
         self._time = time
         self._settled = False
         self._moved = False
+        self._due = NOTHING_DUE
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
-        self._facts = facts
+        self.facts = facts
         self.memo = memo
-        self._hits = hits
+        self.hits = hits
         self.queue: deque[Event | ScxmlEvent | PendingFault | Send | Cancel] = deque()
-        self.external: deque[Event | ScxmlEvent | PendingFault] = deque()
-        self._failed: dict[Any, BaseException] = {}
-        self._reported: set[Any] = set()
-        self._found: list[PendingFault] = []
-        self._error: BaseException | None = None
-        self._undone: set[int] = set()
-        self._left_out: set[Block] = set()
+        self.external: deque[Event | ScxmlEvent | PendingFault | Adjustment] = deque()
+        self._failures = Failures(self)
         self._invocations = Invocations(self)
 
     def start(self, plan: Plan) -> None:
@@ -84,27 +84,30 @@ class MacrostepExecution:
         self._drain()
         self.state.store = self.memo.get(STORE)
 
-    def run(self, events: Iterable[Event | ScxmlEvent | PendingFault], error: BaseException | None = None) -> None:
-        """Handle events, then time-outs, then conditions.
+    def run(
+        self, events: Iterable[Event | ScxmlEvent | PendingFault | Adjustment], error: BaseException | None = None
+    ) -> None:
+        """Handle events and adjustments, then time-outs, then conditions.
 
         Args:
-            events: outcomes of activities and events from outside, in order.
+            events: outcomes of activities, and events and adjustments from outside, in order.
             error: the exception of a guard, if the fast path failed.
         """
         self._settled = True
-        self._error = error
+        self._failures.error = error
         self.memo.update(self._stored())
         if self.state.outcome is not None:
             for entry in events:
-                self._record(event_of(entry), NOTHING_DUE, None)
+                if not isinstance(entry, Adjustment):
+                    self._record(event_of(entry), NOTHING_DUE, None)
             return
         self.external.extend(self._arrived())
         self.external.extend(events)
         self._run_to_stability()
         self._drain()
-        due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
-        if due:
-            self._time_outs(due)
+        self._due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
+        if self._due:
+            self._time_outs()
         self._conditions()
         self._watch()
         self.state.store = self.memo.get(STORE)
@@ -184,10 +187,17 @@ class MacrostepExecution:
             if not self.external:
                 continue
             entry = self.external.popleft()
+            if isinstance(entry, Adjustment):
+                self._put({entry.parameter: entry.value})
+                continue
             if self.state.sessions:
                 self._invocations.forward(entry)
             self._handle(entry)
             self._run_to_stability()
+
+    def _is_settled(self) -> bool:
+        """Whether no event waits: a fault's handler may have raised one, or have ended the wait of a deferred one."""
+        return not self.queue and not (self._moved and self.state.deferred)
 
     def _send(self, send: Send) -> None:
         if send.delay <= 0 and send.target is not None:
@@ -221,7 +231,7 @@ class MacrostepExecution:
         for index in sorted(self.state.configuration.active, reverse=True):
             block = self.chart.generator.actions(index, Occasion.EXIT, self.chart.model.states[index].exit)
             if block is not None:
-                arguments = (self._facts, self.memo, self.state.values, self.state.configuration.active)
+                arguments = (self.facts, self.memo, self.state.values, self.state.configuration.active)
                 block.run(*arguments, queue, self.state.timers, self._now)
         for entry in queue:
             if isinstance(entry, Send) and entry.target is not None and entry.delay <= 0:
@@ -230,7 +240,7 @@ class MacrostepExecution:
 
     def inner(self, session: InvokedChart[RunState]) -> MacrostepExecution:
         """A step of a chart that this one has invoked."""
-        return MacrostepExecution(session.chart, session.state, self._time, facts=self._facts, memo={}, hits=set())
+        return MacrostepExecution(session.chart, session.state, self._time, facts=self.facts, memo={}, hits=set())
 
     def _handle(self, entry: Event | ScxmlEvent | PendingFault) -> bool:
         """Let one event fire its transitions; return whether it fired any."""
@@ -278,13 +288,13 @@ class MacrostepExecution:
             raise MachineFault(f"more than {MOST_DEFERRED} events are deferred", name, line.place)
         self.state.deferred = (*self.state.deferred, event)
 
-    def _time_outs(self, due: frozenset[int]) -> None:
+    def _time_outs(self) -> None:
         for _ in range(SPIN):
             after = self.state.configuration.after
-            if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
+            if self.state.outcome is not None or after is None:
                 return
-            plan = self.selections[-1].plan
-            due = due.difference((*plan.disarmed, *plan.transitions) if plan else ())
+            if not self._fire(after, Phase.AFTER, self._due) and self._is_settled():
+                return
             self._run_to_stability()
             self._drain()
         raise endless(self.chart.model, self.selections)
@@ -296,7 +306,7 @@ class MacrostepExecution:
             when = self.state.configuration.when
             if when is None:
                 return
-            if not self._fire(when, Phase.WHEN) and not self.queue:
+            if not self._fire(when, Phase.WHEN) and self._is_settled():
                 self.selections.pop()  # the last selection, which finds nothing, is part of every macrostep
                 return
             self._run_to_stability()
@@ -314,9 +324,9 @@ class MacrostepExecution:
                 return
             for index in state.configuration.held:
                 self._watch_one(index)
-            if not self._found:
+            found = self._failures.take()
+            if not found:
                 return
-            found, self._found = self._found, []
             for fault in found:
                 self._handle(fault)
             self._run_to_stability()
@@ -329,14 +339,14 @@ class MacrostepExecution:
         assert isinstance(trigger, Held), "nothing else is watched"
         state, holds = self.state, False
         try:
-            evaluation = self._evaluation()
+            evaluation = self._failures.evaluation()
             holds = bool(evaluation.condition(trigger.condition))
             length = duration(evaluation.value(trigger.duration)) if holds else 0
         except Exception as error:
-            self._report(index, error)
+            self._failures.report(index, error)
             holds = False
         finally:
-            self._error = None
+            self._failures.error = None
         if not holds:
             state.timers = {one: due for one, due in state.timers.items() if one != index}
             state.acted -= {index}
@@ -349,9 +359,8 @@ class MacrostepExecution:
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
         """Take the transitions of a selector; return whether there were any."""
         picked = self._pick(selector, due if trigger is Phase.AFTER else None)
-        while self._found:
+        while found := self._failures.take():
             # A fault comes first: it is handled before everything else, then the selection is repeated.
-            found, self._found = self._found, []
             for fault in found:
                 self._handle(fault)
             again = self._selection(trigger, due, None).selector if self.state.outcome is None else None
@@ -363,23 +372,22 @@ class MacrostepExecution:
         return True
 
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        if self._error is None and not self._failed and not self._undone:
+        failures = self._failures
+        if failures.is_empty():
             state = self.state
-            arguments = (self._facts, self.memo, state.values, state.configuration.active, self._hits)
+            arguments = (self.facts, self.memo, state.values, state.configuration.active, self.hits)
             try:
                 return selector.pick(*arguments) if due is None else selector.pick(*arguments, due)
             except Exception as error:
-                self._error = error
-        return self._pick_carefully(selector, due)
+                failures.error = error
+        return failures.pick(selector, due)
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Execute a microstep; old values stay unchanged for the record."""
-        self._moved = self._moved or bool(plan.exited or plan.entered)
         if self.chart.invokes:
             self._invocations.follow(plan)
         if plan.plain:
-            self._record(trigger, due, plan)
-            self.state.configuration = plan.target
+            self._commit(trigger, due, plan)
             return
         work = Work(self.state.values, self.state.timers, [])
         if plan.timed:
@@ -392,10 +400,10 @@ class MacrostepExecution:
                     work.raised.append(item)
                     continue
                 block, active = item
-                if block in self._left_out:
+                if block in self._failures.left_out:
                     continue
                 try:
-                    block.run(self._facts, self.memo, work.values, active, work.raised, work.timers, self._now)
+                    block.run(self.facts, self.memo, work.values, active, work.raised, work.timers, self._now)
                 except Exception as error:
                     if plan.source is not None:
                         self._record(trigger, due, None)
@@ -403,9 +411,8 @@ class MacrostepExecution:
                     return
                 if plan.source is None and block.state == 0:
                     before = work.copy()  # the machine itself is entered once and for all
-        self._record(trigger, due, plan)
+        self._commit(trigger, due, plan)
         state = self.state
-        state.configuration = plan.target
         state.values, state.timers = work.values, work.timers
         if plan.acted or state.acted:
             state.acted = state.acted.difference(plan.disarmed).union(plan.acted)
@@ -414,6 +421,13 @@ class MacrostepExecution:
             state.history = {**state.history, **dict(plan.remembered)}
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
+
+    def _commit(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
+        """Record a microstep that succeeded, and enter its states; what it restarts is due in another step."""
+        self._record(trigger, due, plan)
+        self.state.configuration = plan.target
+        self._moved = self._moved or bool(plan.exited or plan.entered)
+        self._due = self._due.difference(plan.disarmed, plan.transitions)
 
     def _put_out(self, raised: Iterable[Event | ScxmlEvent | Send | Emission | Cancel]) -> None:
         """Queue raised events; events for other machines are sent at once, even if this one has ended."""
@@ -433,116 +447,18 @@ class MacrostepExecution:
         The failed transitions are not tried again in this step, nor are the exit actions of a state that could not be
         left.
         """
-        state, fault = self.state, self._action_failed(block, error)
+        state, fault = self.state, self._failures.of_action(block, error)
         if plan.source is None:
             if block.state == 0:
                 raise fault.unhandled(self.chart)
             state.configuration = self.chart.configuration(())
             state.values, state.timers = before.values, before.timers
             self._put_out(before.raised)
-        self._undone.update(plan.transitions)
-        if block.role is Occasion.EXIT:
-            self._left_out.add(block)
-        handler = self._handler(fault, plan)
+        self._failures.undo(plan, block)
+        handler = self._failures.handler(fault, plan)
         if handler is None:
             raise fault.unhandled(self.chart)
         self._take(fault.event, NOTHING_DUE, self.chart.planner.plan(state.configuration, handler, state.history))
-
-    def _handler(self, fault: PendingFault, plan: Plan) -> int | None:
-        """The transition that handles a failed action.
-
-        It belongs to the state of the action, even if that is not entered yet, to a state around it, or to a state of
-        the failed transitions.
-        """
-        topology, model = self.chart.topology, self.chart.model
-        sources = [model.transitions[index].source for index in plan.transitions]
-        origin = fault.event.origin
-        states = dict.fromkeys(one for start in (origin, *sources) for one in topology.up(start))
-        evaluation = self._evaluation()
-        for state in sorted(states, reverse=True):
-            for index in model.states[state].transitions:
-                trigger = model.transitions[index].trigger
-                waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)
-                if not waits or index in self._undone:
-                    continue
-                decision = self.chart.generator.decision(index)
-                try:
-                    held, path = decision.follow(evaluation.condition)
-                except Exception:
-                    continue
-                if decision.conditions:
-                    self._hits.add((index, path))
-                if held:
-                    return index
-        return None
-
-    def _evaluation(self) -> Evaluation:
-        state = self.state
-        return self.chart.generator.evaluation(self.memo, state.values, state.configuration.active, self._ask)
-
-    def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        """The result of a selector after a fault in this step.
-
-        A guard that needs a failed signal counts as false, and a transition that was undone is not tried again.
-        """
-        generator, evaluation = self.chart.generator, self._evaluation()
-        found: list[int] = []
-        for chain in selector.chains:
-            for index in chain.candidates:
-                if index in self._undone or (due is not None and index not in due):
-                    continue
-                decision = generator.decision(index)
-                try:
-                    held, path = decision.follow(evaluation.condition)
-                except Exception as error:
-                    self._report(index, error)
-                    continue
-                finally:
-                    self._error = None
-                if decision.conditions:
-                    self._hits.add((index, path))
-                if held:
-                    if index not in found:
-                        found.append(index)
-                    break
-        return (tuple(found) if len(found) > 1 else found[0]) if found else NONE
-
-    def _ask(self, call: SignalValue) -> Any:
-        """Evaluate a signal for the first time; the first such signal is the one that has just failed."""
-        generator, values = self.chart.generator, self.state.values
-        key = generator.key(call, values)
-        error = self._failed.get(key)
-        if error is None and self._error is not None:
-            error, self._error = self._error, None
-        if error is None:
-            try:
-                arguments = generator.arguments(call.arguments)(None, {}, values, ())
-                value = self.memo[key] = call.signal.function(self._facts, *arguments)
-            except Exception as raised:
-                error = raised
-            else:
-                return value
-        self._failed[key] = error
-        raise SignalFault(call, error)
-
-    def _report(self, transition: int, error: Exception) -> None:
-        """Announce a failed guard, once for each state and cause in a step."""
-        declared = self.chart.model.transitions[transition]
-        place, cause, reason = declared.place, error, f"the guard failed: {reason_of(error)}"
-        known: Any = (declared.source, transition)
-        if isinstance(error, SignalFault):
-            known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
-            place, reason = error.call.place or place, str(error)
-            cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
-        if STORE in self.memo:
-            self.queue.append(ScxmlEvent("error.execution", "platform", reason))
-        elif known not in self._reported:
-            self._reported.add(known)
-            self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
-
-    def _action_failed(self, block: Block, error: Exception) -> PendingFault:
-        place = block.place_of(error) or self.chart.model.states[block.state].place
-        return PendingFault(fault_event(block.state), f"an action failed: {reason_of(error)}", place, error)
 
 
 def endless(model: Model, selections: Sequence[Selection]) -> Spin:

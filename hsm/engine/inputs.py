@@ -14,6 +14,7 @@ from hsm.model.chart import Model
 from hsm.model.expressions import Expression
 from hsm.model.registry import Parameter
 from hsm.model.types import NUMBER, Boolean, Enumeration, Integer, Type
+from hsm.model.unparse import value_text
 
 _WIDEST = 40
 
@@ -38,7 +39,7 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
     missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
     if missing:
         raise ValueError(f"machine {model.name} needs a value for its parameter `{missing[0]}`")
-    checked = {name: _value(model, declared[name], value) for name, value in given.items()}
+    checked = {name: parameter_value(model, declared[name], value) for name, value in given.items()}
     return list(settled(model, checked).values())
 
 
@@ -89,7 +90,13 @@ def _no_signal(*_: object) -> Any:
     raise AssertionError("constants and parameters contain no signal")
 
 
-def _value(model: Model, parameter: Parameter, given: Any) -> Any:
+def parameter_value(model: Model, parameter: Parameter, given: Any) -> Any:
+    """A value for a parameter of a machine, as the engine has it.
+
+    Raises:
+        ValueError: it is out of bounds, infinite or no number.
+        TypeError: it is of the wrong type.
+    """
     default = parameter.default
     value = typed(given, parameter.type, type(default) if isinstance(default, StrEnum) else None)
     if value is None:
@@ -97,6 +104,13 @@ def _value(model: Model, parameter: Parameter, given: Any) -> Any:
         raise TypeError(f"{wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
     if not within_limits(value, parameter.type):
         raise ValueError(f"machine {model.name} cannot hold {given!r:.{_WIDEST}} in its parameter `{parameter.name}`")
+    bounds = model.adjustable_named(parameter.name)
+    if bounds is not None and isinstance(value, int | float) and not bounds.least <= value <= bounds.most:
+        allowed = f"{value_text(bounds.least, parameter.type)} to {value_text(bounds.most, parameter.type)}"
+        raise ValueError(
+            f"parameter `{parameter.name}` of machine {model.name} takes {allowed}, not "
+            f"{value_text(value, parameter.type)}"
+        )
     return value
 
 

@@ -14,7 +14,7 @@ from hsm.engine.sessions import MOST_SESSIONS, InvokedChart
 from hsm.model.chart import Cancel, Invoked, Send
 from hsm.model.events import Event, StateEvent
 from hsm.model.faults import MachineFault
-from hsm.model.messages import STORE, ScxmlEvent
+from hsm.model.messages import STORE, Adjustment, ScxmlEvent
 
 
 class InvokingStep(Protocol):
@@ -33,7 +33,7 @@ class InvokingStep(Protocol):
     state: RunState
     memo: dict[Any, Any]
     queue: deque[Event | ScxmlEvent | PendingFault | Send | Cancel]
-    external: deque[Event | ScxmlEvent | PendingFault]
+    external: deque[Event | ScxmlEvent | PendingFault | Adjustment]
     outbox: list[tuple[str, ScxmlEvent]]
 
     def inner(self, session: InvokedChart[RunState]) -> InvokingStep:

@@ -8,7 +8,7 @@ from typing import Any
 
 from hsm.engine.configuration import Plan
 from hsm.engine.explanation import Considered, explain
-from hsm.engine.record import Phase, RawRecord, Selection, StepRecord, record_of
+from hsm.engine.record import Phase, RawRecord, Selection, StepRecord, record_of, took_something
 from hsm.model.chart import Action, Model, Transition
 from hsm.model.events import Event, StateEvent
 from hsm.model.messages import Occurrence
@@ -105,6 +105,8 @@ class Macrostep:
     @property
     def entered(self) -> tuple[str, ...]:
         """Full names of all states entered, in order; a state that was entered twice appears twice."""
+        if not took_something(self.raw):
+            return ()
         return tuple(name for one in self.microsteps for name in one.entered)
 
     @property

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
-from hsm.engine.evaluation import SignalFault
+from hsm.engine.compiled import CompiledChart
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
-from hsm.model.expressions import Active, Expression, SignalValue
+from hsm.model.expressions import Active, Expression
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
 
 Holds = Callable[[Expression], bool | None]
@@ -97,72 +97,86 @@ def _late(due: float, time: float, *, met: bool) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """A property that did not hold.
+    """A property that did not hold, or an assumption.
 
     Attributes:
         property: which one.
         time: of the step, in seconds.
         configuration: the states that were active after it.
+        assumed: whether it is an assumption: from here on, no verdict of a proof holds for the run.
     """
 
     property: Property
     time: float
     configuration: frozenset[str]
+    assumed: bool = False
 
     def __str__(self) -> str:
         place = f"{self.property.place}: " if self.property.place else ""
         states = ", ".join(sorted(self.configuration))
-        return (
-            f"{place}property {self.property.name} is violated at {self.time:.10g} s in {states}: {self.property.text}"
-        )
+        what = "assumption" if self.assumed else "property"
+        how = "is broken" if self.assumed else "is violated"
+        return f"{place}{what} {self.property.name} {how} at {self.time:.10g} s in {states}: {self.property.text}"
 
 
 class Monitor:
-    """Watches the properties of a running machine; it never changes what the machine does.
+    """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
-    A property that stays violated from step to step is reported once.
+    What stays violated from step to step is reported once. Assumptions come first.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
         self._supervisor = supervisor
-        self._properties: Sequence[Property] = supervisor.machine.model.properties
-        self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._properties]
-        self._violated: set[str] = set()
+        model = supervisor.machine.model
+        self._stated: Sequence[Property] = (*model.assumptions, *model.properties)
+        self._assumed = len(model.assumptions)
+        self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
+        self._violated: set[int] = set()
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
         """The new violations; call this after each step, with its facts."""
         found: list[Violation] = []
         holds, entered = holding(self._supervisor, facts), step.entered
-        for index, one in enumerate(self._properties):
+        for index, one in enumerate(self._stated):
             time = self._supervisor.time
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
-            if violated and one.name not in self._violated:
-                found.append(Violation(one, time, self._supervisor.configuration))
-            self._violated.add(one.name) if violated else self._violated.discard(one.name)
+            if violated and index not in self._violated:
+                found.append(Violation(one, time, self._supervisor.configuration, index < self._assumed))
+            self._violated.add(index) if violated else self._violated.discard(index)
         return tuple(found)
 
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:
     """Evaluates conditions at the current moment of a run; each signal is evaluated at most once."""
-    machine = supervisor.machine
+    values, active = supervisor.moment
+    return _holding(supervisor.machine, values, active, facts)
+
+
+def holding_at(
+    machine: CompiledChart, variables: Mapping[str, Any], configuration: Iterable[str], facts: object
+) -> Holds:
+    """The same at a moment of which this is known.
+
+    Args:
+        machine: the machine.
+        variables: variables and parameters by their full names.
+        configuration: full names of the active states.
+        facts: what the signals are given.
+    """
+    values = [variables.get(name) for name in machine.generator.variables]
+    return _holding(machine, values, frozenset(machine.indices[name] for name in configuration), facts)
+
+
+def _holding(machine: CompiledChart, values: Sequence[Any], active: frozenset[int], facts: object) -> Holds:
+    generator = machine.generator
     memo: dict[Any, Any] = {}
-    values = [supervisor.variables.get(name) for name in machine.generator.variables]
-    active = frozenset(machine.indices[name] for name in supervisor.configuration)
-
-    def ask(call: SignalValue) -> Any:
-        key = machine.generator.key(call, values)
-        try:
-            memo[key] = call.signal.function(facts, *(evaluation.value(one) for one in call.arguments))
-        except Exception as error:
-            raise SignalFault(call, error) from error
-        return memo[key]
-
-    evaluation = machine.generator.evaluation(memo, values, active, ask)
 
     def holds(condition: Expression) -> bool | None:
+        if type(condition) is Active:
+            return generator.states[condition.state] in active
         try:
-            return bool(evaluation.value(condition))
-        except (SignalFault, TypeError, ArithmeticError):
+            return bool(generator.test(condition)(facts, memo, values, active))
+        except Exception:
             return None  # a signal that failed, or a variable of an instance that was never entered
 
     return holds

@@ -1,7 +1,7 @@
-"""Events from outside, with their data: checks of their values, and their form as text.
+"""What comes from outside, events with their data and adjustments: checks of the values, and their form as text.
 
-As a text an event is its name, followed by its data in parentheses: ``floor(number = 3)``. Commands, scenarios,
-recordings and the network use this form.
+As a text an event is its name, followed by its data in parentheses: ``floor(number = 3)``. An adjustment is the name of
+a parameter and its new value: ``cruise = 0.3 m/s``. Commands, scenarios, recordings and the network use this form.
 """
 
 from __future__ import annotations
@@ -10,31 +10,34 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from hsm.engine.inputs import typed, wanted_type
+from hsm.engine.inputs import parameter_value, typed, wanted_type
 from hsm.engine.limits import within_limits
 from hsm.model.chart import EventData, Model
-from hsm.model.messages import Occurrence
-from hsm.model.registry import EventField
+from hsm.model.messages import Adjustment, Occurrence, OutsideInput
+from hsm.model.registry import EventField, Parameter
 from hsm.model.unparse import value_text
 from hsm.model.written import value_of
 
 _WIDEST = 40
 _LONGEST = 10_000
+_ADJUSTING = re.compile(r"\s*([\w.]+)\s*=(.*)", re.ASCII | re.DOTALL)
 _WITH_DATA = re.compile(r"\s*([\w.]+)\s*\((.*)\)\s*", re.ASCII | re.DOTALL)
 
 
-def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str | Occurrence]:
-    """The events of a step, as the engine takes them.
+def checked_events(model: Model, events: Iterable[OutsideInput]) -> list[OutsideInput]:
+    """The events and adjustments of a step, as the engine takes them.
 
     Args:
         model: the machine.
-        events: their names, with data either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
+        events: their names, with data either as texts such as ``floor(number = 3)`` or as ``Occurrence``; adjustments
+            as texts such as ``cruise = 0.3 m/s`` or as ``Adjustment``.
 
     Raises:
         TypeError: it is not a list or one text, something in the list is not an event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
-            missing, unknown or given twice, or a value is infinite, no number or too large.
+            missing, unknown or given twice, the parameter is not adjustable, or a value is infinite, no number or out
+            of bounds.
     """
     if isinstance(events, str):
         raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
@@ -43,13 +46,15 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
     return [_checked(model, event) for event in events]
 
 
-def event_text(model: Model, event: str | Occurrence) -> str:
-    """The text form of an event, which reads back as the same event; recordings use it.
+def event_text(model: Model, event: OutsideInput) -> str:
+    """The text form of an event or an adjustment, which reads back as the same; recordings use it.
 
     Raises:
         TypeError, ValueError: as for ``checked_events``.
     """
     found = _checked(model, event)
+    if isinstance(found, Adjustment):
+        return f"{found.parameter} = {value_text(found.value, _parameter(model, found.parameter).type)}"
     declared = model.data_of(found.name) if isinstance(found, Occurrence) else None
     if isinstance(found, str) or declared is None:
         return str(found)
@@ -77,11 +82,20 @@ def name_of(event: str) -> str:
     return event.partition("(")[0].strip()
 
 
-def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
+def is_adjustment(event: str) -> bool:
+    """Whether a text is the form of an adjustment, such as ``cruise = 0.3 m/s``."""
+    return len(event) <= _LONGEST and _ADJUSTING.fullmatch(event) is not None
+
+
+def _checked(model: Model, event: OutsideInput) -> OutsideInput:
     if isinstance(event, str) and not model.event_data and (model.events is None or event in model.events):
         return event
+    if isinstance(event, Adjustment):
+        return _adjustment(model, event.parameter, event.value)
     if not isinstance(event, str | Occurrence):
         raise TypeError(f"an event is a text or an Occurrence, not {event!r:.{_WIDEST}} ({type(event).__name__})")
+    if isinstance(event, str) and model.events is not None and is_adjustment(event):
+        return _written_adjustment(model, event)
     name, given = (event.name, event.data) if isinstance(event, Occurrence) else _parts(model, event)
     if model.events is None:
         return event
@@ -94,6 +108,30 @@ def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
             raise ValueError(f"event `{name}` has no data; send `{name}` alone")
         return name
     return Occurrence(name, _data(declared, given))
+
+
+def _written_adjustment(model: Model, text: str) -> Adjustment:
+    name, _, value = (one.strip() for one in text.partition("="))
+    parameter = _parameter(model, name)
+    enumeration = next((one for one in model.enumerations if one.__name__ == str(parameter.type)), None)
+    try:
+        found = value_of(value, parameter.type, enumeration)
+    except ValueError as way_out:
+        message = f"`{value:.{_WIDEST}}` is not a value for parameter `{name} : {parameter.type}`"
+        raise ValueError(f"{message}: {way_out}") from None
+    return _adjustment(model, name, found)
+
+
+def _adjustment(model: Model, name: str, value: Any) -> Adjustment:
+    return Adjustment(name, parameter_value(model, _parameter(model, name), value))
+
+
+def _parameter(model: Model, name: str) -> Parameter:
+    """An adjustable parameter."""
+    if model.adjustable_named(name) is None:
+        known = ", ".join(one.parameter for one in model.adjustable) or "none"
+        raise ValueError(f"machine {model.name} has no adjustable parameter `{name:.{_WIDEST}}`; adjustable: {known}")
+    return next(one for one in model.parameters if one.name == name)
 
 
 def _parts(model: Model, text: str) -> tuple[str, Mapping[str, Any]]:

@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from hsm.engine.codegen import Block, Generator, Occasion
+from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
+from hsm.engine.generated import Block, Occasion
 from hsm.model.chart import Defer, Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
@@ -263,11 +264,13 @@ class Planner:
                     work.done.extend(self._completions(state, work.active))
         leaves = tuple(sorted(state for state in work.active if self._topology.atomic(state)))
         target = self._configuration(leaves)
+        # SCXML enters a state again that was not left, where a history inside it is the target of its own transition.
+        again = [state for state in entry.states if source and state in source.active and state not in exited]
         ending = [
             *(one for one in taken if one not in repeated),
-            *(index for state in exited for index in self._states[state].transitions),
+            *(index for state in (*exited, *again) for index in self._states[state].transitions),
         ]
-        disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index))
+        disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index) and index not in repeated)
         arming = any(self._timed(index) for state in entry.states for index in self._states[state].transitions)
         stopped = tuple(state for state in exited if self._states[state].activity is not None)
         kept = bool(taken) and all(isinstance(self._transitions[index].trigger, Defer) for index in taken)

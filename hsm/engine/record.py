@@ -95,3 +95,9 @@ def record_of(raw: RawRecord) -> StepRecord:
         for one in leaf.looked
     ]
     return StepRecord(time, selections, leaf.memo(found, values), values, timers, leaf.after)
+
+
+def took_something(raw: RawRecord) -> bool:
+    """Whether a step carried out a plan; of a step that only moved, the record need not be computed for that."""
+    looked = raw.selections if isinstance(raw, StepRecord) else raw[1][0].looked
+    return any(one.plan is not None for one in looked)

@@ -19,7 +19,7 @@ from hsm.engine.run_state import PendingFault, RunState, fault_event
 from hsm.engine.snapshots import SavedRun, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent
-from hsm.model.messages import Occurrence
+from hsm.model.messages import OutsideInput
 from hsm.model.registry import Activity, E, F, Outcome, Stoppable
 from hsm.model.unparse import activity_text
 
@@ -105,6 +105,11 @@ class Supervisor(Generic[F, E]):
         return MappingProxyType({name: value for name, value in named if value is not None})
 
     @property
+    def moment(self) -> tuple[Sequence[Any], frozenset[int]]:
+        """What generated functions need: the values by slot, and the active states by index, the root included."""
+        return self._state.values, self._state.configuration.active
+
+    @property
     def arguments(self) -> Mapping[str, Sequence[Any]]:
         """The values that activities were begun with, by the full names of their states; replaced, never changed."""
         return self._arguments
@@ -116,7 +121,7 @@ class Supervisor(Generic[F, E]):
 
     # Steps.
 
-    def step(self, time: float, events: Sequence[str | Occurrence] = (), facts: F | None = None) -> Macrostep:
+    def step(self, time: float, events: Sequence[OutsideInput] = (), facts: F | None = None) -> Macrostep:
         """Let the machine react to its inputs: one macrostep.
 
         First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
@@ -125,7 +130,8 @@ class Supervisor(Generic[F, E]):
         Args:
             time: logical time in seconds; it never runs backwards.
             events: events from outside, in the order in which they happened: their names, with what they carry as
-                texts such as ``floor(number = 3)`` or as ``Occurrence``.
+                texts such as ``floor(number = 3)`` or as ``Occurrence``; among them new values for adjustable
+                parameters, as texts such as ``cruise = 0.3 m/s`` or as ``Adjustment``.
             facts: the argument of the signals and actions in this step.
 
         Returns:
@@ -134,8 +140,8 @@ class Supervisor(Generic[F, E]):
         Raises:
             MachineFault: something failed that the machine does not handle, or its transitions spin; the machine is as
                 it was before the step.
-            ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, or it
-                carries something else than declared.
+            ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, it
+                carries something else than declared, or a parameter is not adjustable to a value.
             TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
                 type.
         """
@@ -178,7 +184,7 @@ class Supervisor(Generic[F, E]):
     def _react(
         self,
         time: float,
-        events: Sequence[str | Occurrence],
+        events: Sequence[OutsideInput],
         facts: object,
         memo: dict[Any, Any],
         error: BaseException | None = None,

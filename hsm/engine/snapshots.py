@@ -17,7 +17,7 @@ from hsm.engine.stores import message_json, message_of, store_json, store_of
 from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
-from hsm.model.messages import Occurrence, ScxmlEvent, Store
+from hsm.model.messages import Adjustment, Occurrence, ScxmlEvent, Store
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
 
@@ -209,7 +209,10 @@ def _sent(
 
 def _deferred(machine: CompiledChart, events: Sequence[str]) -> tuple[str | Occurrence, ...]:
     try:
-        return tuple(checked_events(machine.model, events))
+        found = checked_events(machine.model, events)
+        if any(isinstance(one, Adjustment) for one in found):
+            raise ValueError("an adjustment cannot be deferred")
+        return tuple(one for one in found if not isinstance(one, Adjustment))
     except (TypeError, ValueError) as error:
         raise SnapshotError(f"an event is deferred in the snapshot: {error}") from error
 

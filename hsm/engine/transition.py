@@ -15,7 +15,7 @@ from hsm.engine.occurrences import checked_events
 from hsm.engine.run_state import PendingFault
 from hsm.engine.snapshots import SavedRun, from_json, to_json
 from hsm.model.events import StateEvent
-from hsm.model.messages import Occurrence
+from hsm.model.messages import Adjustment, Occurrence, OutsideInput
 from hsm.model.registry import E, F
 
 
@@ -31,7 +31,7 @@ class Inputs(Generic[F]):
     """
 
     time: float
-    events: Sequence[str | Occurrence] = ()
+    events: Sequence[OutsideInput] = ()
     outcomes: Mapping[str, str] = field(default_factory=dict)
     facts: F | None = None
 
@@ -73,7 +73,7 @@ def advance(
     machine: CompiledChart,
     run: SavedRun,
     time: float,
-    events: Sequence[StateEvent | PendingFault | str | Occurrence],
+    events: Sequence[StateEvent | PendingFault | str | Occurrence | Adjustment],
     facts: object,
 ) -> tuple[SavedRun, Macrostep]:
     """One step in full on a run as a value; ``finished`` stays as it is."""

@@ -19,7 +19,7 @@ from hsm.engine.decisions import FALSE, TRUE, Condition, Connective, Constant, D
 from hsm.engine.evaluation import all_signals, eager_signals
 from hsm.engine.looks import Found, Interrupted, Known, Look, SlowPath
 from hsm.model.expressions import Active, Expression, Literal, SignalValue, VariableValue
-from hsm.model.messages import Occurrence
+from hsm.model.messages import OutsideInput
 
 WIDEST = 16
 """One function has at most this many conditions; another one continues."""
@@ -74,7 +74,7 @@ class Trees:
         self._calls: dict[int, SignalValue] = {}
         self._carries = bool(generator.model.event_data)
 
-    def grow(self, leaf: Leaf, event: str | Occurrence | None) -> Look:
+    def grow(self, leaf: Leaf, event: OutsideInput | None) -> Look:
         """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
 
         Raises:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions import HierarchicalMachine
 from transitions.extensions.nesting import NestedState, NestedTransition
 
-from hsm.engine.codegen import Occasion
+from hsm.engine.generated import Occasion
 from hsm.engine.inputs import parameter_values
 from hsm.model.chart import Action, Cancel, On, Raise, Send, State, StateKind, Transition
 from hsm.model.codes import finding

@@ -8,13 +8,10 @@ and their texts share a colour; those with the same ends share the line.
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from itertools import cycle
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -22,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
+from hsm.interchange.drawing import DrawingError, drawn
 from hsm.interchange.folding import Excerpt, Opened, everything, excerpt
 from hsm.model.chart import Model, State, StateKind, Timed, Transition
 from hsm.model.topology import HISTORY, Topology
@@ -162,34 +160,15 @@ def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
         graph = _Picture(part, look).get_graph()
     except (ImportError, AttributeError) as error:  # `transitions` leaves the module out where it is not installed
         raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
+    text = str(graph.to_string())
+    if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not check the result
+        raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
     if form == "dot":
-        text = str(graph.to_string())
-        if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not check the result
-            raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
         return text.encode()
-    _read_fonts()
-    drawn: bytes = graph.draw(format=form, prog="dot")
-    return drawn
-
-
-@cache
-def _read_fonts() -> None:
-    """Have Graphviz load its fonts, which it does once.
-
-    Its libraries warn on standard error, past Python, of each word in a newer system's settings that they do not know.
-    """
-    import pygraphviz  # noqa: PLC0415 - an extra
-
-    graph = pygraphviz.AGraph("digraph { a }")
-    sys.stderr.flush()
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, 2)
-        graph.draw(format="svg", prog="dot")
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)
+        return drawn(text, form)
+    except DrawingError as error:
+        raise DiagramError(f"{error}; show less of it (--state, --depth), or write a .mmd") from None
 
 
 def node_id(model: Model, index: int) -> str:
@@ -472,6 +451,7 @@ class _Picture(NestedGraph):
         while pending:
             cluster = pending.pop()
             cluster.graph_attr.update(rank="", fontsize="12")  # forced ranks would squeeze the labels together
+            cluster.graph_attr.update(id=f"in_{cluster.name}")  # without one it has that of what is around it
             if cluster.name in compounds:
                 state = compounds[cluster.name]
                 cluster.graph_attr.update(id=f"state_{self._part.states[state.index]}")

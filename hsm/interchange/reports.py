@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from math import isinf
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ class StepReport:
         outcome: the final state that ended the run; None while it runs.
         variables: variables and parameters after the step, by their full names.
         arguments: what the running activities were begun with, by the full names of their states.
-        violations: properties that do not hold from this step on.
+        violations: properties and assumptions that do not hold from this step on.
     """
 
     machine: CompiledChart
@@ -124,7 +125,12 @@ class StepReport:
     @property
     def violated(self) -> list[str]:
         """Names of the properties that do not hold from this step on."""
-        return [violation.property.name for violation in self.violations]
+        return [one.property.name for one in self.violations if not one.assumed]
+
+    @property
+    def broken(self) -> list[str]:
+        """Names of the assumptions that do not hold from this step on."""
+        return [one.property.name for one in self.violations if one.assumed]
 
 
 def transition_text(model: Model, transition: Transition) -> str:
@@ -157,18 +163,24 @@ def model_json(model: Model, parameters: Mapping[str, Any]) -> dict[str, Any]:
         parameters: the values of its parameters, in SI units.
 
     Returns:
-        JSON values. Transitions are in the order of their indices. Files go by their names, without folders.
+        JSON values; ``adjustable`` holds the bounds of each parameter that an operator may change. Transitions are in
+        the order of their indices. Files go by their names, without folders.
     """
     types = {one.name: one.type for one in model.parameters} | {one.name: one.type for one in model.variables}
     return {
         "machine": model.name,
         "parameters": {name: json_value(value) for name, value in parameters.items()},
         "types": {name: str(kind) for name, kind in types.items()},
+        "adjustable": {
+            one.parameter: [None if isinf(bound) else bound for bound in (one.least, one.most)]
+            for one in model.adjustable
+        },
         "events": None if model.events is None else sorted(model.events),
         "event_data": {one.event: {part.name: str(part.type) for part in one.fields} for one in model.event_data},
         "states": [_state(model, state) for state in model.states[1:] if state.kind not in HISTORY],
         "transitions": [_transition(model, one) for one in model.transitions],
         "properties": {one.name: one.text for one in model.properties},
+        "assumptions": {one.name: one.text for one in model.assumptions},
     }
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, StrEnum
+from math import inf
 from typing import Any
 
 from hsm.model.diagnostics import Place
@@ -367,6 +368,21 @@ class EventData:
 
 
 @dataclass(frozen=True, slots=True)
+class Adjustable:
+    """A parameter that an operator may change while the machine runs.
+
+    Attributes:
+        parameter: its name.
+        least: the smallest value of a number, in SI units.
+        most: the largest one.
+    """
+
+    parameter: str
+    least: float = -inf
+    most: float = inf
+
+
+@dataclass(frozen=True, slots=True)
 class Model:
     """A whole machine.
 
@@ -388,6 +404,8 @@ class Model:
         event_data: what its events carry, of those that carry anything.
         exposed: the variables that a machine which imports this one may read.
         members: the states that are machines with a robot and events of their own.
+        adjustable: the parameters that an operator may change while the machine runs.
+        assumptions: what is taken for granted of the world around, in every run; those of instances included.
     """
 
     name: str
@@ -405,7 +423,13 @@ class Model:
     event_data: tuple[EventData, ...] = ()
     exposed: tuple[str, ...] = ()
     members: tuple[str, ...] = ()
+    adjustable: tuple[Adjustable, ...] = ()
+    assumptions: tuple[Property, ...] = ()
 
     def data_of(self, event: str) -> EventData | None:
         """What an event carries; None where that is nothing."""
         return next((one for one in self.event_data if one.event == event), None)
+
+    def adjustable_named(self, parameter: str) -> Adjustable | None:
+        """The bounds of an adjustable parameter; None where it is not adjustable."""
+        return next((one for one in self.adjustable if one.parameter == parameter), None)

@@ -38,7 +38,7 @@ from hsm.model.expressions import (
 )
 from hsm.model.members import Owned
 from hsm.model.properties import Property, with_conditions
-from hsm.model.rewriting import with_expressions
+from hsm.model.rewriting import about_signals, with_expressions
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,7 @@ class InstanceCopy:
         derived: what parameters are made of that are made of others, by their names in the machine.
         variables: all variables, set when the instance's state is entered (inner instances: on their own entry).
         properties: what must hold of it, about the instance's state.
+        assumptions: what it takes for granted while that is active.
     """
 
     root: State
@@ -60,6 +61,7 @@ class InstanceCopy:
     derived: Mapping[str, Expression]
     variables: tuple[Variable, ...]
     properties: tuple[Property, ...]
+    assumptions: tuple[Property, ...]
 
 
 def instantiate(
@@ -86,6 +88,7 @@ def instantiate(
         {parameter: copier.expression(made_of) for parameter, made_of in model.derived.items()},
         tuple(map(copier.variable, model.variables)),
         tuple(map(copier.property, model.properties)),
+        tuple(map(copier.assumption, model.assumptions)),
     )
 
 
@@ -135,6 +138,11 @@ class _Copier:
             initial=self.expression(variable.initial),
             scope=variable.scope + self.states,
         )
+
+    def assumption(self, stated: Property) -> Property:
+        """An assumption with its new name; one about signals alone also applies while the instance is not active."""
+        copied = self.property(stated)
+        return replace(copied, scope=None) if stated.scope is None and about_signals(stated.claim) else copied
 
     def property(self, stated: Property) -> Property:
         """A property with its new name, about the instance or about an instance within it."""

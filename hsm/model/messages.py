@@ -27,6 +27,23 @@ class Occurrence:
 
 
 @dataclass(frozen=True, slots=True)
+class Adjustment:
+    """A new value for a parameter that an operator may change while the machine runs.
+
+    Attributes:
+        parameter: its name.
+        value: in SI units.
+    """
+
+    parameter: str
+    value: Any
+
+
+OutsideInput = str | Occurrence | Adjustment
+"""What a machine receives from outside: an event, alone or with its data, or an adjustment."""
+
+
+@dataclass(frozen=True, slots=True)
 class Emission:
     """An event on its way to other machines.
 

@@ -22,7 +22,8 @@ from hsm.model.chart import (
     Trigger,
     When,
 )
-from hsm.model.expressions import Binary, Choice, Expression, SignalValue, Unary
+from hsm.model.expressions import Active, Binary, Choice, Expression, SignalValue, Unary, VariableValue
+from hsm.model.properties import AlwaysHolds, Claim, Never
 
 Rewrite = Callable[[Expression], Expression]
 
@@ -58,6 +59,16 @@ def parts_of(expression: Expression) -> Iterator[Expression]:
         case Choice(condition=condition, then=then, otherwise=otherwise):
             for one in (condition, then, otherwise):
                 yield from parts_of(one)
+
+
+def about_signals(claim: Claim) -> bool:
+    """Whether a claim restricts the signals of each step, whatever the machine does."""
+    if not isinstance(claim, Never | AlwaysHolds):
+        return False
+    parts = list(parts_of(claim.condition))
+    return any(isinstance(one, SignalValue) for one in parts) and not any(
+        isinstance(one, VariableValue | Active) for one in parts
+    )
 
 
 def actions_of(model: Model) -> Iterator[Action]:

@@ -11,6 +11,8 @@ from maze_machine.arguments.completion import complete_machine, complete_maze, c
 
 LISTEN = "tcp/127.0.0.1:7447"
 """The default endpoint of listeners: this machine only."""
+LARGEST_SEED = 2**63 - 1
+"""What a message of the link and a report can hold."""
 OPEN = "tcp/127.0.0.1:7448"
 """Where a running machine is open to viewers and operators by default."""
 

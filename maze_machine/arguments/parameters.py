@@ -56,16 +56,20 @@ def known_values(
     return values
 
 
-def split_setting(text: str) -> tuple[str, str]:
+def split_setting(text: str, option: str = "--param") -> tuple[str, str]:
     """Name and value of ``name=value``.
 
+    Args:
+        text: what a person wrote.
+        option: after which option.
+
     Raises:
-        UsageError: there is no ``=``.
+        UsageError: the name or the value is missing.
     """
-    name, equals, value = text.partition("=")
-    if not equals:
-        raise UsageError(f"--param {text}: no value", "write --param name=value")
-    return name.strip(), value.strip()
+    name, _, value = (one.strip() for one in text.partition("="))
+    if not name or not value:
+        raise UsageError(f"{option} {text}: no {'value' if name else 'name'}", f"write {option} name=value")
+    return name, value
 
 
 def _value(parameter: Parameter, text: str, enumerations: Mapping[str, type[StrEnum]]) -> Any:

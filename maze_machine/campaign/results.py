@@ -6,7 +6,7 @@ The first line names the task, then there is one line a job, added as jobs end a
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
@@ -71,6 +71,7 @@ class Results:
         self._setup = json.loads(json.dumps(asdict(setup)))
         self._files = _fingerprints(setup, jobs)
         self._done: dict[Job, Record] = {}
+        self._given = 0
         if file.exists():
             if not file.is_file():
                 raise FileError(
@@ -88,6 +89,12 @@ class Results:
     def records(self) -> list[Record]:
         """The results there are for the jobs, in order."""
         return [self._done[job] for job in self._jobs if job in self._done]
+
+    def next_in_order(self) -> Iterator[Record]:
+        """The results that no earlier call has given, in the order of the jobs, as far as none is missing."""
+        while self._given < len(self._jobs) and self._jobs[self._given] in self._done:
+            yield self._done[self._jobs[self._given]]
+            self._given += 1
 
     def add(self, record: Record) -> None:
         """Accept one result and write it at once.
@@ -110,13 +117,8 @@ class Results:
 
     def _take_up(self) -> None:
         try:
-            # An interruption may have cut off the last line.
-            lines = self._file.read_text(encoding="utf-8").split("\n")[:-1]
-            head = _Head.model_validate_json(lines[0])
-            records = [json.loads(line) for line in lines[1:]]
-            if not all(_Line.model_validate(record).is_whole() for record in records):
-                raise ValueError
-        except (ValueError, IndexError, RecursionError):
+            head, records = _contents(self._file)
+        except (ValueError, RecursionError):
             raise FileError(
                 f"{self._file} holds no results of a campaign, or damaged ones", "give another file"
             ) from None
@@ -127,6 +129,35 @@ class Results:
             what = f"of {', '.join(changed)} as it was before a change" if changed else f"of another setup: {setup}"
             raise FileError(f"{self._file} holds results {what}", "give another file, or remove this one")
         self._files = files | self._files
+
+
+def records_in(file: Path) -> list[Record]:
+    """The results in a file.
+
+    Raises:
+        FileError: it holds none.
+    """
+    try:
+        return _contents(file)[1]
+    except (ValueError, RecursionError):
+        raise FileError(
+            f"{file} does not hold the results of a campaign", "give a file that `sweep` has written"
+        ) from None
+
+
+def _contents(file: Path) -> tuple[_Head, list[Record]]:
+    """What a results file holds.
+
+    Raises:
+        ValueError, RecursionError: no results of a campaign.
+    """
+    # An interruption may have cut off the last line.
+    head, *lines = file.read_text(encoding="utf-8").split("\n")[:-1] or [""]
+    found = _Head.model_validate_json(head)
+    records = [json.loads(line) for line in lines]
+    if not all(_Line.model_validate(record).is_whole() for record in records):
+        raise ValueError
+    return found, records
 
 
 def _job_of(record: Record) -> Job:

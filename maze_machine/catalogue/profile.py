@@ -19,7 +19,7 @@ from transport.description import RobotDescription, fitted
 from transport.section import Grows, Settings
 from transport.settings import LinkSettings
 from transport.toml import TomlError, read_toml, toml_value
-from transport.wording import in_words, key_of
+from transport.wording import in_words, key_of, shortened
 
 Location = tuple[int | str, ...]
 """The place of a value in a profile: sections and key."""
@@ -96,8 +96,8 @@ def _override_of(place: Location, overrides: Sequence[str]) -> str:
     for override in reversed(overrides):
         key = [part.strip() for part in override.partition("=")[0].split(".")]
         if all(one == other for one, other in zip(fault, key, strict=False)):
-            return f"--set {override}"
-    return " ".join(f"--set {override}" for override in overrides)
+            return f"--set {shortened(override)}"
+    return " ".join(f"--set {shortened(override)}" for override in overrides)
 
 
 def _set(table: dict[str, Any], override: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from maze_machine.arguments.options import (
+    LARGEST_SEED,
     CellOption,
     ExitsOption,
     GoalOption,
@@ -88,11 +89,13 @@ def convert(
 
     Example: `maze-machine maze convert maze.pgm maze.maze`
     """
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import find_maze
     from sim.formats import write_maze
 
+    check_outputs({"the new file": output}, [maze, objects or ""])
     choices = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects).choices()
     body = chosen_profile(robot, None, settings or ()).robot
     drawn = find_maze(maze, choices, robot=body)
@@ -105,7 +108,7 @@ def generate(
     output: Annotated[
         Path, typer.Argument(help="The new file; its suffix names the format: .maze, .png, .pgm, .txt or .num.")
     ],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the maze.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the maze.")] = 0,
     size: Annotated[str, typer.Option(metavar="COLUMNSxROWS", help="Number of cells.")] = "6x5",
     corridor: Annotated[float, typer.Option(metavar="METRES", help="Width of the corridors.")] = 1.0,
     loops: Annotated[int, typer.Option(min=0, help="Number of loops, each made by removing a wall.")] = 1,

@@ -104,6 +104,7 @@ def _on_page(
 ) -> Iterator[TickWatcher]:
     from maze_machine.report.pages import ShownRun
     from maze_machine.view.drawings import drawable
+    from maze_machine.view.live import SimulatedTime
 
     page = served(
         openings.host,
@@ -111,7 +112,7 @@ def _on_page(
         {**head, "undrawn": drawable(drawings)},
         operate=operated.answer,
         drawn=drawings.drawn,
-        pausable=lambda: operated.pausable,
+        simulation=lambda: SimulatedTime(operated.pausable, operated.paused),
     )
     with page:
         announce(page)

@@ -44,7 +44,7 @@ def plot(
     file = output or recording.with_suffix(".png")
     check_outputs({"--output": file}, [recording])
     check_suffix("--output", file, FORMATS)
-    profile = load_profile(robot or "pico", settings or ())
+    profile = load_profile("pico" if robot is None else robot, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     body = recorded_profile(recorded, profile if asked else None).robot

@@ -76,7 +76,7 @@ def replay(
     if second is not None and machine is not None:
         raise UsageError("two machines were named", "name one, before the recording or with --machine")
     recording, machine = (Path(first), machine) if second is None else (Path(second), first)
-    profile = load_profile(robot or "pico", settings or ())
+    profile = load_profile("pico" if robot is None else robot, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     if machine is None and Path(recorded.run.get("machine", "")).suffix:

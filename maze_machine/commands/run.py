@@ -12,6 +12,7 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
+    LARGEST_SEED,
     CellOption,
     EventAtOption,
     ExitsOption,
@@ -76,7 +77,9 @@ def run(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers of the run. Default: 0.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=LARGEST_SEED, help="Seed of all random numbers of the run. Default: 0.")
+    ] = None,
     connect: Annotated[
         str | None,
         typer.Option(
@@ -129,6 +132,21 @@ def run(
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="FILE", help="Begin with a map, as an earlier run has saved it."),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option(
+            metavar='"X Y DEGREES"',
+            help="Where the robot is on that map; `start` is where the map was begun. Default: it finds out itself.",
+        ),
+    ] = None,
+    save_to: Annotated[
+        Path | None,
+        typer.Option("--save-map", metavar="FILE", help="Save what the robot has seen as a map, a .map file."),
+    ] = None,
     library: LibraryOption = None,
     event_at: EventAtOption = None,
     open_at: OpenOption = None,
@@ -151,6 +169,10 @@ def run(
 
     Example: `maze-machine run tremaux --practice`
 
+    Example: `maze-machine run explorer --save-map maze.map`
+
+    Example: `maze-machine run explorer --map maze.map --at start`
+
     Example: `maze-machine run pledge --view`
 
     Example: `maze-machine run pledge --view --speed 4 --port 8000`
@@ -172,6 +194,7 @@ def run(
     from maze_machine.arguments.parameters import split_setting
     from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.commands.opened_run import Openings, opened_run
+    from maze_machine.commands.run_map import RunMaps
     from maze_machine.commands.run_terminal import in_terminal, terminal_run
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
@@ -181,20 +204,25 @@ def run(
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
-        refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
+        refuse_with_connect(
+            {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
+            | {"what is said of the maze (--start, --goal, ...)": words != MazeWords()}
+        )
     refuse_files(record, picture, practice=practice)
     profile = chosen_profile(robot, machine, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
-    world = None
-    if connect is None:
-        rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        world = embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or ())
+    maps = RunMaps.of(map_file, at, save_to, record, profile.perception)
+    rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
+    world = (
+        None
+        if connect is not None
+        else embedded(maze_near(machine) if maze is None else maze, words, profile, seed or 0, rules, fault or ())
+    )
     script = scheduled(event_at or (), mission.machine)
     outputs, most = Outputs(trace, record, dated, quiet=tui), 2 if practice else attempts
     check_outputs(
-        {"--trace": trace, "--record": record, "--picture": picture},
-        [robot or "", maze or "", objects or "", *mission.machine.model.files],
+        {"--trace": trace, "--record": record, "--picture": picture, "--save-map": save_to},
+        [robot or "", maze or "", objects or "", map_file or "", *mission.machine.model.files],
     )
     files, losses = dict[str, Path](), list[str]()
     screen = terminal_run(view=view) if tui else None
@@ -219,6 +247,8 @@ def run(
             (lambda: False) if repeated is None else repeated.try_again,
             operator=Together(script, operated),
             truth=None if world is None else world.pose,
+            memory=maps.memory,
+            own_map=maps.own,
         )
         if screen is not None:
             driven = in_terminal(mission.machine.name, screen, world, operated, driven)
@@ -228,6 +258,7 @@ def run(
             if not no_picture:
                 drawn = picture or default_picture(mission.machine.name, attempt.ending.report)
                 files |= picture_of(attempt, drawn, world, result.line, losses)
+            files |= maps.saved(attempt, losses)
         say(result, json=json)
     end(result, losses)
 
@@ -333,7 +364,7 @@ def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, titl
     from maze_machine.report.run_picture import save_run
 
     try:
-        save_run(file, world, attempt.trail, title)
+        save_run(file, world, attempt.trail, title, attempt.map)
     except OSError as error:
         losses.append(f"no picture: {error.filename or file}: {error.strerror}")
         return False

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from maze_machine.arguments.options import (
+    LARGEST_SEED,
     LISTEN,
     CellOption,
     ExitsOption,
@@ -40,7 +41,7 @@ def sim(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seed: Annotated[int, typer.Option(min=0, help="The seed, if a controller requests none.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="The seed, if a controller requests none.")] = 0,
     robot: RobotOption = None,
     settings: SettingsOption = None,
     realtime: Annotated[

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,6 +23,9 @@ from maze_machine.arguments.options import (
     TimeLimitOption,
 )
 from maze_machine.errors import ExitStatus, FileError, UsageError
+
+if TYPE_CHECKING:
+    from maze_machine.campaign.summary import Row
 
 
 def sweep(
@@ -43,7 +46,9 @@ def sweep(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds for each machine and maze, from 0.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=1_000_000, help="Number of seeds for each machine and maze, from 0.")
+    ] = 1,
     workers: Annotated[int | None, typer.Option(min=1, help="Number of processes. Default: one per core.")] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Run on this dask.distributed cluster instead.")
@@ -51,6 +56,10 @@ def sweep(
     robot: RobotOption = None,
     settings: SettingsOption = None,
     time_limit: TimeLimitOption = None,
+    columns: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the results as columns (Parquet), too. Needs the extra `columns`."),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Run machines over mazes and seeds and report the results.
@@ -62,15 +71,12 @@ def sweep(
     Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
     """
     import os
-    from dataclasses import asdict
-    from json import dumps
-
-    from rich.console import Console
 
     from maze_machine.campaign.cluster import on_cluster
+    from maze_machine.campaign.columns import columns_in
     from maze_machine.campaign.jobs import Setup, jobs_of
     from maze_machine.campaign.results import Results
-    from maze_machine.campaign.summary import failures, summary, table
+    from maze_machine.campaign.summary import failures, summary
     from maze_machine.campaign.workers import on_cores
     from maze_machine.catalogue.project import default_robot
     from maze_machine.simulated.choices import MazeWords
@@ -88,7 +94,7 @@ def sweep(
         results = Results(out, setup, jobs)
         todo = results.open_jobs
         try:
-            with shown(len(todo)) as advance:
+            with columns_in(columns) as write, shown(len(todo)) as advance:
                 doing = (
                     on_cluster(setup, todo, scheduler)
                     if scheduler
@@ -98,6 +104,8 @@ def sweep(
                     for record in done:
                         results.add(record)
                         advance()
+                        write(results.next_in_order())
+                write(results.next_in_order())
             results.write()
         except OSError as error:
             if error.filename is None:
@@ -105,18 +113,53 @@ def sweep(
             loss = (
                 f"{error.filename}: {error.strerror}; start the sweep again when there is room, and it continues here"
             )
-    rows, failed = summary(results.records), failures(results.records)
-    if json:
-        print(dumps({"machines": [asdict(row) for row in rows], "failures": failed}))
-    else:
-        console = Console()
-        console.print(table(rows))
-        for line in failed:
-            console.print(line, markup=False, highlight=False)
+    _print(summary(results.records), failures(results.records), json=json)
     if loss:
         raise FileError(loss)
     solved = all(record["solved"] for record in results.records)
     raise typer.Exit(ExitStatus.OK if solved else ExitStatus.FAILED)
+
+
+def show(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="Results: JSON lines, or columns (Parquet; needs the extra `columns`)."),
+    ],
+    json: JsonOption = False,
+) -> None:
+    """Summarise the results of a sweep.
+
+    Example: `maze-machine sweep show results.parquet`
+    """
+    from maze_machine.campaign.columns import summary_of_columns
+    from maze_machine.campaign.results import records_in
+    from maze_machine.campaign.summary import failures, summary
+
+    with file.open("rb") as opened:
+        has_columns = opened.read(4) == b"PAR1"
+    if has_columns:
+        rows, failed = summary_of_columns(file)
+    else:
+        records = records_in(file)
+        rows, failed = summary(records), failures(records)
+    _print(rows, failed, json=json)
+
+
+def _print(rows: list[Row], failed: list[str], *, json: bool) -> None:
+    from dataclasses import asdict
+    from json import dumps
+
+    from rich.console import Console
+
+    from maze_machine.campaign.summary import table
+
+    if json:
+        print(dumps({"machines": [asdict(row) for row in rows], "failures": failed}))
+        return
+    console = Console()
+    console.print(table(rows))
+    for line in failed:
+        console.print(line, markup=False, highlight=False)
 
 
 @contextmanager

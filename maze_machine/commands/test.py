@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hsm.model.registry import Parameter
 
 
-class Requirement(StrEnum):
+class RequiredVerdict(StrEnum):
     """What ``--require`` may demand."""
 
     PROVED = "proved"
@@ -52,7 +52,7 @@ def test(
         typer.Option(min=1, metavar="STEPS", help="Check only runs of this many steps. Default: all runs."),
     ] = None,
     require: Annotated[
-        Requirement | None,
+        RequiredVerdict | None,
         typer.Option(
             help=("Fail if a property is not proved, or (`bounded`) not at least free of violations to a depth.")
         ),
@@ -81,7 +81,16 @@ def test(
             min=0, max=100, metavar="PERCENT", help="Fail if the scenarios cover less than this share of all items."
         ),
     ] = None,
-    html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report as HTML pages.")] = None,
+    requirements: Annotated[
+        bool,
+        typer.Option(
+            "--requirements", help="Print which properties, scenarios and states cover each requirement; fail for gaps."
+        ),
+    ] = False,
+    html: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write reports as HTML pages: coverage, and requirements if asked for."),
+    ] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
     cobertura: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as Cobertura XML.")] = None,
     library: LibraryOption = None,
@@ -92,13 +101,16 @@ def test(
     Each property has a verdict: proved; violated, with a run that shows it; no violation in runs of a number of steps;
     or undecided, with the reason.
 
-    The exit status is 0 only if all scenarios pass, no property is violated, every property meets `--require`, and the
-    coverage suffices; with `--mutate` only if every mutant is killed; with `--generate` only if the scenarios reach
-    everything in the machine that is not proved unreachable.
+    The exit status is 0 only if all scenarios pass, no property is violated, every property meets `--require`, the
+    coverage suffices, and with `--requirements` every requirement is covered; with `--mutate` only if every mutant is
+    killed or proved equivalent; with `--generate` only if the scenarios reach everything in the machine that is not
+    proved unreachable.
 
     Example: `maze-machine test pledge --require proved`
 
     Example: `maze-machine test pledge --coverage`
+
+    Example: `maze-machine test door --requirements --html report`
 
     Example: `maze-machine test pledge --generate --output pledge_generated.maze-test`
 
@@ -130,6 +142,7 @@ def test(
             "--no-nan": no_nan,
             "--coverage": coverage,
             "--fail-under": fail_under is not None,
+            "--requirements": requirements,
             "--html": html,
             "--lcov": lcov,
             "--cobertura": cobertura,
@@ -153,8 +166,10 @@ def test(
             declared = trial.machine.model.parameters
             given = known_values(declared, map(split_setting, parameters or ()), names.enumerations)
             assumed = Assumptions(longest_tick, given, _known(free or [], declared), not_a_number=not no_nan)
-            wanted = {None: None, Requirement.PROVED: Status.PROVED, Requirement.BOUNDED: Status.BOUNDED}[require]
-            reports = Reports(coverage, fail_under, html, lcov, cobertura)
+            wanted = {None: None, RequiredVerdict.PROVED: Status.PROVED, RequiredVerdict.BOUNDED: Status.BOUNDED}[
+                require
+            ]
+            reports = Reports(coverage, fail_under, requirements, html, lcov, cobertura)
             result = run_trial(trial, Demand(assumed, wanted, depth), reports)
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))
     if result.losses:

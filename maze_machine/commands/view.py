@@ -70,7 +70,7 @@ def view(
     if source.partition("/")[0] in SCHEMES and not Path(source).exists():
         if output is not None or foxglove is not None:
             raise UsageError("-o and --foxglove need a recording", "record one with `maze-machine run --record FILE`")
-        view_remote(source, robot or "pico", identity, host, port)
+        view_remote(source, "pico" if robot is None else robot, identity, host, port)
         return
     from json import dumps
 
@@ -87,7 +87,7 @@ def view(
     check_outputs({"--output": page, "--foxglove": foxglove}, [recording])
     check_suffix("--output", page, [".html"])
     check_suffix("--foxglove", foxglove, [".json"])
-    profile = load_profile(robot or "pico", settings or ())
+    profile = load_profile("pico" if robot is None else robot, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     body = recorded_profile(recorded, profile if asked else None)
@@ -123,16 +123,26 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     from maze_machine.remote.looking import looked_on
     from maze_machine.remote.reaching import reaching
     from maze_machine.report.pages import remote_head
+    from maze_machine.view.live import SimulatedTime
 
     with reaching(endpoint, robot, identity) as machine:
         model = machine.model()
         head = remote_head(model)
-        page = served(host, port, head, operate=machine.ask, pausable=lambda: True)
+        standing = ""
+
+        def simulation() -> SimulatedTime:
+            return SimulatedTime(pausable=True, paused=standing)
+
+        page = served(host, port, head, operate=machine.ask, simulation=simulation)
         with page:
             announce(page)
             ending = {"line": "the machine does not answer any more: the run is over, or the link is", "stands": False}
+            shown = None
             for step in looked_on(machine, SILENCE):
-                page.publish(partial(dict, step))
+                standing = str(step.pop("paused", ""))
+                if step.get("tick") != shown:
+                    page.publish(partial(dict, step))
+                shown = step.get("tick")
                 if "ended" in step:
                     ending = {**step["ended"], "stands": True}
                     break

@@ -53,7 +53,7 @@ def watch(
             if json:
                 print(dumps(step), flush=True)
                 continue
-            now = (step.get("states"), step.get("variables"), step.get("blind"), step.get("outcome"))
+            now = tuple(step.get(one) for one in ("states", "variables", "blind", "outcome", "paused"))
             if now != shown or step.get("taken"):
                 print(_line(step), flush=True)
                 shown = now
@@ -69,27 +69,49 @@ def send(
     connect: ConnectOption = OPEN,
     robot: RobotOption = None,
     identity: IdentityOption = None,
+    setting: Annotated[
+        str | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="Change a parameter that the machine declares as `adjustable`."
+        ),
+    ] = None,
     pause: Annotated[bool, typer.Option("--pause", help="Pause a simulation.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Resume it.")] = False,
     advance: Annotated[int | None, typer.Option(min=1, metavar="TICKS", help="Advance it by this many ticks.")] = None,
+    pause_at: Annotated[
+        str | None,
+        typer.Option(
+            "--pause-at",
+            metavar="PLACE",
+            help='Pause a simulation where it comes to a state, a transition ("line 12", door:12) or a condition '
+            '("turns == 2"); "" to take that back.',
+        ),
+    ] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
-    """Send an event to a running machine, or have its run pause, resume or end.
+    """Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.
 
-    The event is part of the run: the trace and the recording contain it, and a replay repeats it.
+    The event and the change are part of the run: the trace and the recording contain them, and a replay repeats them.
 
     Example: `maze-machine send go --connect tcp/127.0.0.1:7448`
 
+    Example: `maze-machine send --set cruise=0.3m/s`
+
     Example: `maze-machine send --stop`
     """
-    from maze_machine.remote.messages import AdvanceRun, EndRun, Pause, Resume, SendEvent
+    from maze_machine.arguments.parameters import split_setting
+    from maze_machine.remote.messages import AdvanceRun, EndRun, Pause, PauseAt, Resume, SendEvent, SetParameter
     from maze_machine.remote.reaching import reaching
 
     asked: list[Any] = [SendEvent(name=event)] if event else []
+    if setting is not None:
+        name, value = split_setting(setting, "--set")
+        asked.append(SetParameter(parameter=name, value=value))
+    asked += [PauseAt(at=pause_at)] if pause_at is not None else []
     asked += [Pause()] * pause + [Resume()] * resume + [EndRun()] * stop
     asked += [AdvanceRun(ticks=advance)] if advance is not None else []
     if len(asked) != 1:
-        raise UsageError("give one thing to do", "an event, --pause, --resume, --advance TICKS or --stop")
+        raise UsageError("give one thing to do", "an event, --set, --pause, --pause-at, --resume, --advance or --stop")
     with reaching(connect, robot, identity) as machine:
         answer = machine.operate(asked[0])
     if not answer.done:
@@ -105,6 +127,7 @@ def _line(step: dict[str, Any]) -> str:
     variables = ", ".join(f"{name} = {value}" for name, value in step.get("variables", {}).items())
     parts += [variables] if variables else []
     parts += [f"stopped: {step['blind']}"] if step.get("blind") else []
+    parts += [f"paused: {step['paused']}"] if step.get("paused") else []
     parts += [f"ended in {step['outcome']}"] if step.get("outcome") else []
     return "  ".join(parts)
 

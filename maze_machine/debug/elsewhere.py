@@ -31,6 +31,7 @@ class RemoteRun:
     steps: list[Step] = field(default_factory=list)
     over: str = ""
     _pausable: bool = True
+    _tick: object = None
     _newest: Callable[[], dict[str, Any] | None] = field(init=False)
 
     quiet = False
@@ -43,8 +44,9 @@ class RemoteRun:
     def advance(self) -> bool:
         """The newest tick, if it has not been seen yet."""
         heard = None if self.over else self._newest()
-        if heard is None:
+        if heard is None or (self.steps and heard.get("tick") == self._tick):  # one that is published once more
             return False
+        self._tick = heard.get("tick")
         before = frozenset(self.steps[-1].states(0)) if self.steps else frozenset[str]()
         step = HeardStep(self.chart, heard, before)
         self.steps.append(step)

@@ -7,10 +7,11 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from maze_machine.drive.map_recorder import MapRecorder
 from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.path_recorder import PathRecorder
-from perception import Perception
+from perception import Perception, WorldModel
 from transport.messages import Pose
 from transport.robot import Robot
 from transport.world import Refereed
@@ -47,12 +48,14 @@ class Attempt:
         robot: the robot, released.
         ending: how it ended.
         trail: its path.
+        map: what the robot knows of the maze.
     """
 
     number: int
     robot: RefereedRobot
     ending: Ending
     trail: PathRecorder
+    map: MapRecorder
 
 
 def attempts(
@@ -64,6 +67,8 @@ def attempts(
     *,
     operator: Operator = NOBODY,
     truth: Callable[[int], Pose] | None = None,
+    memory: Callable[[], WorldModel | None] = lambda: None,
+    own_map: Callable[[], WorldModel | None] = lambda: None,
 ) -> Iterator[Attempt]:
     """Drive a mission until the robot has left the maze or no attempt remains.
 
@@ -78,6 +83,8 @@ def attempts(
         try_again: puts the stopped robot back to the start, if another attempt is allowed.
         operator: sends events to the machine, and may end the run.
         truth: the true pose of the robot at a tick of the current attempt, if known.
+        memory: what the robot knows when it begins, such as a map from a file; None for nothing.
+        own_map: a memory in which to make a map where the machine makes none; None to make none.
 
     Yields:
         Each attempt, before the next one begins.
@@ -86,14 +93,15 @@ def attempts(
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
         LinkError: the robot cannot be reached.
     """
-    perception = Perception(mission.profile.robot, mission.profile.perception)
+    perception = Perception(mission.profile.robot, mission.profile.perception, memory())
     for number in range(1, most + 1):
-        trail = PathRecorder()
+        trail, mapped = PathRecorder(), MapRecorder(own_map())
         with watchers(number) as watching:
             driven = robot()
-            ending = drive(mission, driven, driven, [trail, *watching], perception, operator=operator, truth=truth)
-        yield Attempt(number, driven, ending, trail)
+            watched: list[TickWatcher] = [trail, mapped, *watching]
+            ending = drive(mission, driven, driven, watched, perception, operator=operator, truth=truth)
+        yield Attempt(number, driven, ending, trail, mapped)
         if number == most or ending.limited or operator.ended or not try_again():
             return
-        known = perception.world.from_the_start() if ending.report.get("solved") else None
+        known = perception.world.from_the_start() if ending.report.get("solved") else memory()
         perception = Perception(mission.profile.robot, mission.profile.perception, known)

@@ -40,7 +40,8 @@ def ticks(
 
     If scan or odometry are too old or refused, the base is stopped, whatever the machine wants, and its activities
     wait; the machine continues, and receives it by the event ``blinded``. Once both have been good for a while, the
-    activities continue where they were.
+    activities continue where they were. When the robot gets lost on its map, or finds itself again, the machine
+    receives the events ``lost`` and ``found``.
 
     The last phase, log, belongs to the caller. The caller closes the robot, which stops it, in every
     case: at the end, on a fault, and when the iterator is closed early.
@@ -61,7 +62,7 @@ def ticks(
     """
     supervisor: Supervisor[Facts, Command] | None = None
     trust = Trust(settings)
-    hears_it = machine.model.events is None or BLINDED in machine.model.events
+    hears = machine.model.events
     for index in count():
         began = perf_counter()
         seeing = not trust.reason
@@ -69,8 +70,9 @@ def ticks(
         observed = perf_counter()
         blind = trust.reason
         sent = tuple(event_text(machine.model, one) for one in operator.events(index, observation.time))
-        happened = (BLINDED, *sent) if blind and seeing and hears_it else sent
         facts = perception.facts(observation)  # prepare
+        noticed = (BLINDED, *facts.world.events) if blind and seeing else facts.world.events
+        happened = (*(one for one in noticed if hears is None or one in hears), *sent)
         prepared = perf_counter()
         if supervisor is None:  # coordinate
             supervisor = machine.start(parameters, facts=facts, time=observation.time)

@@ -9,7 +9,8 @@ from time import perf_counter
 from typing import Any, Protocol, runtime_checkable
 
 import hsm
-from hsm import Machine
+from hsm import Library, Machine
+from hsm.engine.monitoring import Violation
 from maze_machine.arguments.parameters import parameter_values
 from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
@@ -48,12 +49,14 @@ class Mission:
         profile: the settings of the robot.
         parameters: the machine's parameters, in SI units.
         time_limit: the run is ended after that many seconds on the robot's clock; None for no limit.
+        library: what the machine was checked against.
     """
 
     machine: Machine[Facts, Command]
     profile: Profile
     parameters: Mapping[str, Any] = field(default_factory=dict)
     time_limit: float | None = None
+    library: Library[Facts, Command] = field(default_factory=robot_library)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +73,7 @@ class Ending:
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
         violations: properties of the machine that did not hold, in words, with time and place.
+        broken: its assumptions that did not hold, likewise: no proof speaks of the run from there on.
         unread: why the referee's verdict cannot be read, if it cannot.
     """
 
@@ -83,6 +87,7 @@ class Ending:
     limited: bool = False
     violations: tuple[str, ...] = ()
     unread: str = ""
+    broken: tuple[str, ...] = ()
 
     @property
     def solved(self) -> bool:
@@ -93,7 +98,7 @@ class Ending:
         """How it ended, for display: ``line`` is a one-line summary, ``lines`` the full text."""
         ended = f"ended in {self.outcome}" if self.outcome else self.reason
         words = str(self.report["line"]) if "line" in self.report else ended
-        lines = [words, self.reason, *self.violations]
+        lines = [words, self.reason, *self.broken, *self.violations]
         return {"line": words, "solved": self.solved, "lines": lines, "outcome": self.outcome}
 
 
@@ -128,7 +133,7 @@ def prepare(
         )
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
-    return Mission(machine, profile, values, time_limit)
+    return Mission(machine, profile, values, time_limit, names)
 
 
 def mission_ticks(
@@ -186,7 +191,7 @@ def drive(
     """
     began = perf_counter()
     first = last = None
-    violations: list[str] = []
+    violations: list[Violation] = []
     limited = False
     longest_tick = 0.0
     reason = "the machine ended"
@@ -194,7 +199,7 @@ def drive(
         for tick in mission_ticks(mission, robot, perception, operator=operator, truth=truth):
             first, last = first or tick, tick
             longest_tick = max(longest_tick, tick.phases.thinking)
-            violations.extend(map(str, tick.violations))
+            violations.extend(tick.violations)
             for watch in watchers:
                 watch(tick)
             if referee is not None and referee.finished:
@@ -221,8 +226,9 @@ def drive(
         longest_tick,
         report,
         limited,
-        tuple(violations),
+        tuple(str(one) for one in violations if not one.assumed),
         unread,
+        tuple(str(one) for one in violations if one.assumed),
     )
     for watch in watchers:
         if isinstance(watch, EndWatcher):

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from hsm import Machine, Occurrence
-from hsm.engine.occurrences import event_text, name_of
+from hsm.engine.occurrences import event_text, is_adjustment, name_of
 from maze_machine.errors import UsageError
 
 
@@ -118,19 +118,21 @@ def scheduled(entries: Iterable[str], machine: Machine) -> ScheduledEvents:
         except ValueError:
             after = -1.0
         if not event or not 0 <= after < 1e9:
-            raise UsageError(f"`{entry}` is not a time and event", "write SECONDS:EVENT, such as 12.5:go")
+            raise UsageError(
+                f"`{entry}` is not a time and event", "write SECONDS:EVENT, such as 12.5:go or 12.5:cruise=0.3m/s"
+            )
         found.append((after, checked_event(event, machine)))
     return ScheduledEvents(found)
 
 
 def checked_event(event: str, machine: Machine) -> str:
-    """An event with its data, such as ``floor(number = 3)``, in the form of recordings.
+    """An event with its data, such as ``floor(number = 3)``, or an adjustment, in the form of recordings.
 
     Raises:
-        UsageError: the machine does not declare it, or its data differs from the declaration.
+        UsageError: the machine does not declare it, or a value is not what its declaration allows.
     """
     known = machine.model.events
-    if known is not None and name_of(event) not in known:
+    if known is not None and not is_adjustment(event) and name_of(event) not in known:
         listed = ", ".join(sorted(known)) or "none"
         raise UsageError(f"machine {machine.name} declares no event `{name_of(event)}`", f"its events: {listed}")
     try:

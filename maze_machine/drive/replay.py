@@ -71,6 +71,7 @@ class Keeper:
                 "reason": ending.reason,
                 "report": json.dumps(dict(ending.report)),
                 "violations": json.dumps(list(ending.violations)),
+                "broken": json.dumps(list(ending.broken)),
             }
         )
 

@@ -24,8 +24,8 @@ def sights(facts: Facts) -> dict[str, Any]:
         ``landmarks`` (x1, y1, x2, y2), ``nodes`` (x, y, kind), ``ways`` (outlines), ``door`` (x1, y1, x2, y2) if there
         may be one, ``minimap`` (``size`` cells of ``cell`` m a side, turned by ``turn``, rows ahead, columns to the
         left, ``2`` where something is), ``pose`` of the robot in the frame of the ``map``: its keyframes' ``poses``,
-        ``points`` on walls, and the ``ellipse`` of the robot's place (two standard deviations along two axes, direction
-        of the first).
+        ``points`` on walls, the ``ellipse`` of the robot's place (two standard deviations along two axes, direction
+        of the first), and ``knowledge`` of it (``known``, ``doubtful``, ``lost``).
     """
     minimap, pose, surveyor = facts.minimap, facts.pose, facts.world.surveyor
     found: dict[str, Any] = {
@@ -75,12 +75,10 @@ def _map(surveyor: Surveyor, pose: Pose) -> dict[str, Any]:
     for cloud, place in zip(surveyor.mapper.clouds, poses, strict=False):
         rows = turned(cloud.points.T[::every], place.heading)
         points += [_rounded(place.x + x, place.y + y) for x, y in rows.tolist()]
-    spread = surveyor.covariance
-    half, apart = (spread.xx + spread.yy) / 2, math.hypot((spread.xx - spread.yy) / 2, spread.xy)
-    axes = (2 * math.sqrt(max(half + apart, 0.0)), 2 * math.sqrt(max(half - apart, 0.0)))
-    direction = pose.heading + math.atan2(2 * spread.xy, spread.xx - spread.yy) / 2
+    first, second, direction = surveyor.covariance.ellipse
     return {
         "poses": [_rounded(one.x, one.y) for one in poses],
         "points": points,
-        "ellipse": _rounded(*axes, direction),
+        "ellipse": _rounded(2 * first, 2 * second, pose.heading + direction),
+        "knowledge": surveyor.knowledge.value,
     }

@@ -81,7 +81,7 @@ class Tick:
 
     @property
     def violations(self) -> tuple[Violation, ...]:
-        """Properties of the machine that are newly violated."""
+        """Properties and assumptions of the machine that are newly violated."""
         return self.report.violations
 
     @property
@@ -134,8 +134,10 @@ class Tick:
             line["blind"] = self.blind
         if report.outcome is not None:
             line["outcome"] = report.outcome
-        if report.violations:
+        if report.violated:
             line["violated"] = report.violated
+        if report.broken:
+            line["broken"] = report.broken
         return line
 
     @cached_property

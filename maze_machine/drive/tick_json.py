@@ -51,6 +51,7 @@ class TickLine(TypedDict):
     blind: Annotated[NotRequired[str], Field(description="why the loop keeps the base stopped")]
     outcome: Annotated[NotRequired[str], Field(description="the final state that ended the machine")]
     violated: Annotated[NotRequired[list[str]], Field(description="properties that do not hold from this tick on")]
+    broken: Annotated[NotRequired[list[str]], Field(description="assumptions that do not hold from this tick on")]
 
 
 class TickJson(TickLine):

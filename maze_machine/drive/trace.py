@@ -8,7 +8,7 @@ The first line names the machine and its parameters, each further one shows a ti
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
 and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are the external events of this
 tick. ``blind`` is the reason if the loop keeps the base stopped. ``outcome`` is the final state if the machine has
-ended; ``violated`` names properties of the machine that do not hold from this tick on.
+ended; ``violated`` names properties of the machine that do not hold from this tick on, ``broken`` its assumptions.
 """
 
 from __future__ import annotations

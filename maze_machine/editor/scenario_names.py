@@ -41,6 +41,8 @@ class _Names:
     def of_line(self, line: ScenarioLine) -> Iterator[NameOccurrence]:
         if line.kind == "heading":
             yield _named(line.parts[0], Role.MACHINE)
+        elif line.kind == "covered":
+            yield _named(line.parts[0], Role.PROPERTY)
         elif line.kind in ("given", "step", "wait", "expect"):
             for part in line.parts:
                 yield from self._of_part(part)

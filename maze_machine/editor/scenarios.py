@@ -24,17 +24,24 @@ from hsm.model.registry import Library
 from hsm.model.rewriting import actions_of
 from hsm.model.types import Enumeration
 from hsm.testing.scenarios.lines import read_lines
-from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.reading import NAME_OF_REQUIREMENT, parse_suite
 from maze_machine.editor.scenario_names import scenario_names
 
-_OUTER = {"test": "test ${1:machine}", "tick": "tick ${1:0.1 s}", "scenario": "scenario ${1:what happens}\n    ${0}"}
+_OUTER = {
+    "test": "test ${1:machine}",
+    "tick": "tick ${1:0.1 s}",
+    "requirement": "requirement ${1:R1} ${0:what is required}",
+    "property": "property ${1:name} covers ${0:R1}",
+    "scenario": "scenario ${1:what happens}\n    ${0}",
+}
 _INNER = {
+    "covers": "covers ${0:R1}",
     "given": "given ${0:signal}",
     "when": "when ${0:signal}",
     "after": "after ${1:1 s}",
     "expect": "expect ${0:state}",
 }
-_KEYWORDS = RESERVED | {"within", "event", "reports", "fails", "doing", "called", "raised", "sent"}
+_KEYWORDS = RESERVED | {"within", "event", "reports", "fails", "doing", "called", "raised", "sent", "covers"}
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _LAST_WORD = re.compile(r"[A-Za-z_][\w.]*$")
 
@@ -117,6 +124,10 @@ class ScenarioDocument:
 
     def hover(self, line: int, column: int) -> Entry | None:
         """What is at a position."""
+        stated = self._stated().get(self._requirement(line, column))
+        if stated is not None:
+            _, name, text = [*self.lines[stated].partition("#")[0].split(maxsplit=2), "", ""][:3]
+            return Entry(name.removesuffix(":"), SymbolKind.VALUE, "requirement", text.strip())
         word = self._word(line, column)
         return hovering.named(self.machine, word) if word and self.machine is not None else None
 
@@ -125,6 +136,9 @@ class ScenarioDocument:
         word, machine = self._word(line, column), self.machine
         if not word or machine is None:
             return None
+        stated = self._stated().get(self._requirement(line, column))
+        if stated is not None:
+            return Span(self.file, stated, 0, stated, len(self.lines[stated]))
         if self.lines[line].startswith("test "):
             return Span(machine.file, 0, 0, 0, 0)
         return navigation.declaration(machine, word)
@@ -157,7 +171,7 @@ class ScenarioDocument:
     def colours(self) -> Sequence[Coloured]:
         """What is coloured, in the order of the text."""
         # The words of a scenario's title are not keywords.
-        titles = {number for number, line in enumerate(self.lines) if line.startswith("scenario ")}
+        titles = {number for number, line in enumerate(self.lines) if line.startswith(("scenario ", "requirement "))}
         found = navigation.colours(self.lines, self.occurrences, self._keywords())
         return [one for one in found if one.line not in titles or one.column == 0 or one.kind is Colour.COMMENT]
 
@@ -180,6 +194,18 @@ class ScenarioDocument:
             return None
         return indented_lines(self.lines, tuple(_OUTER), "scenario")
 
+    def _stated(self) -> dict[str, int]:
+        """The requirements that the file states, each with its line."""
+        stated = ((number, line.split()) for number, line in enumerate(self.lines) if line.startswith("requirement "))
+        return {words[1].removesuffix(":"): number for number, words in stated if len(words) > 1}
+
+    def _requirement(self, line: int, column: int) -> str:
+        """The name of a requirement at a position; empty where there is none."""
+        text = self.lines[line].partition("#")[0] if line < len(self.lines) else ""
+        begin = text.find("covers ") + len("covers ") if "covers " in text else len(text)
+        found = (one for one in NAME_OF_REQUIREMENT.finditer(text, begin) if one.start() <= column <= one.end())
+        return next((one.group() for one in found), "")
+
     def _before(self, line: int, column: int) -> str:
         return self.lines[line][:column] if line < len(self.lines) else ""
 
@@ -201,6 +227,13 @@ class ScenarioDocument:
         elif first == "test" and len(words) == 1:
             paths = sorted(Path(self.file).parent.glob(f"*{SUFFIX}"))
             yield from (Entry(path.name.removesuffix(SUFFIX), SymbolKind.MACHINE) for path in paths)
+        elif first == "covers" or (words[:1] == ["property"] and "covers" in words):
+            yield from (Entry(one, SymbolKind.VALUE, "requirement") for one in self._stated())
+        elif first == "property" and self.model is not None:
+            listed = [] if len(words) > 1 else [one.name for one in self.model.properties]
+            yield from (Entry(one, SymbolKind.VALUE, "property") for one in listed)
+            if len(words) > 1:
+                yield Entry("covers", SymbolKind.KEYWORD)
         elif first in ("given", "when", "after", "expect") and self.machine is not None:
             yield from self._parts(first, given)
 

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from maze_machine.errors import CommandError, ExitStatus
 from maze_machine.remote.messages import Answer, Operation
+from maze_machine.remote.seen import read_sights
 from transport.bus import Bus, ask_until
 from transport.clock import Clock, MonotonicClock
 from transport.keys import MachineKeys
@@ -57,9 +58,9 @@ class RemoteMachine:
         return self._asked(self._keys.why, state.encode())
 
     def sights(self) -> dict[str, Any]:
-        """What perception found in the newest tick; empty where the machine does not say."""
+        """What perception found in the newest tick; empty where the machine does not say, or not validly."""
         answer = self._bus.ask(self._keys.sights, b"", self._patience)
-        return {} if answer is None else _object(answer) or {}
+        return {} if answer is None else read_sights(answer)
 
     def operate(self, operation: Operation) -> Answer:
         """Execute an operation.

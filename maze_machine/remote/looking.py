@@ -27,9 +27,10 @@ def looked_on(machine: RemoteMachine, silence: float, clock: Clock | None = None
     seen: dict[str, Any] = {}
     while True:
         for step in machine.steps(silence):
-            if (step.get("tick"), "ended" in step) == shown:
+            state = (step.get("tick"), "ended" in step, step.get("paused"))
+            if state == shown:
                 continue  # the newest tick of a run that stands still
-            shown = (step.get("tick"), "ended" in step)
+            shown = state
             if clock.now() >= due:
                 found = machine.sights()
                 seen = found or seen

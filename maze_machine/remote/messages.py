@@ -27,6 +27,20 @@ class SendEvent(_Question):
     name: Annotated[str, Field(min_length=1, max_length=1000)]
 
 
+class SetParameter(_Question):
+    """A new value for a parameter that the machine declares as adjustable, from the next tick on."""
+
+    kind: Literal["set"] = "set"
+    parameter: Annotated[str, Field(min_length=1, max_length=200)]
+    value: Annotated[str, Field(min_length=1, max_length=200)]
+    """As in the language: ``0.3 m/s``, ``true``."""
+
+    @property
+    def text(self) -> str:
+        """The adjustment as recordings have it, not checked yet."""
+        return f"{self.parameter} = {self.value}"
+
+
 class Pause(_Question):
     """Pause after this tick; only if time is simulated and waits for the controller."""
 
@@ -54,13 +68,21 @@ class SetSpeed(_Question):
     """A multiple of real time; None for as fast as it can."""
 
 
+class PauseAt(_Question):
+    """Pause where the run comes to a place; only if time is simulated and waits for the controller."""
+
+    kind: Literal["break"] = "break"
+    at: Annotated[str, Field(max_length=1000)]
+    """A state, ``line 12``, ``door:12`` or a condition such as ``turns == 2``; empty to take it back."""
+
+
 class EndRun(_Question):
     """End the run; the robot is stopped."""
 
     kind: Literal["end"] = "end"
 
 
-Operation = SendEvent | Pause | Resume | AdvanceRun | SetSpeed | EndRun
+Operation = SendEvent | SetParameter | Pause | Resume | AdvanceRun | SetSpeed | PauseAt | EndRun
 _OPERATIONS: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(discriminator="kind")])
 
 

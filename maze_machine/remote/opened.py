@@ -46,6 +46,8 @@ class OpenRun:
         bus.serve(keys.step, lambda request: request.reply(self._described()))
         bus.serve(keys.why, self._say_why)
         bus.serve(keys.sights, lambda request: request.reply(self._seen()))
+        self._operated = operated
+        operated.tell(self._again)
         bus.serve(keys.operate, lambda request: request.reply(operated.answer(request.payload)))
         self._thread = Thread(target=self._publish, name="open run", daemon=True)
 
@@ -68,6 +70,12 @@ class OpenRun:
             with self._change:
                 self._unsent = True
                 self._change.notify_all()
+
+    def _again(self) -> None:
+        """Publish the newest tick once more: the run is paused after it."""
+        with self._change:
+            self._unsent = True
+            self._change.notify_all()
 
     def end(self, ending: Ending) -> None:
         """Publish how the run ended, with the last tick again; the base has stopped by then."""
@@ -92,8 +100,10 @@ class OpenRun:
         tick = self._newest
         if tick is None:
             return encoded({})
-        ended = {} if self._ended is None else {"ended": self._ended.as_json()}
-        return encoded({**tick.json, "ranges": shown_ranges(tick.observation.scan), **ended})
+        more: dict[str, Any] = {} if self._ended is None else {"ended": self._ended.as_json()}
+        if reason := self._operated.paused:
+            more["paused"] = reason
+        return encoded({**tick.json, "ranges": shown_ranges(tick.observation.scan), **more})
 
     def _seen(self) -> bytes:
         """What perception found in the newest tick, and where the robot was; made only where somebody asks."""

@@ -17,11 +17,14 @@ from maze_machine.remote.messages import (
     EndRun,
     OperationError,
     Pause,
+    PauseAt,
     Resume,
     SendEvent,
+    SetParameter,
     SetSpeed,
     read_operation,
 )
+from maze_machine.remote.stopping import Reached, stopping_point
 from transport.wording import printable
 
 KEEP = 0.5
@@ -44,12 +47,15 @@ class OperatedRun:
 
     def __init__(self, mission: Mission, *, pausable: bool, speed: float | None = None) -> None:
         self.pausable = pausable
-        self._machine = mission.machine
+        self._mission, self._machine = mission, mission.machine
         self._period = mission.profile.robot.period
         self._speed = speed
         self._due = 0.0
         self._events: deque[str] = deque()
         self._allowed: int | None = None  # ticks until the run pauses; None: no limit
+        self._place: tuple[str, Reached] | None = None  # where it pauses by itself
+        self._reached, self._stands = "", False
+        self._stood: Callable[[], object] = lambda: None
         self._ended = ""
         self._change = Condition()
         self._keep: Callable[[], object] = lambda: None
@@ -72,16 +78,32 @@ class OperatedRun:
             found.append(self._events.popleft())
         return found
 
+    @property
+    def paused(self) -> str:
+        """Why the run is paused; empty while it runs."""
+        return (self._reached or "an operator has paused it") if self._allowed == 0 else ""
+
+    def tell(self, stood: Callable[[], object]) -> None:
+        """Call a function whenever the run pauses; it must not wait."""
+        self._stood = stood
+
     def __call__(self, tick: Tick) -> None:
         """Receive a tick: keep the speed, and wait while the run is paused."""
+        place = self._place
+        if place is not None and place[1](tick):
+            self._allowed, self._reached = 0, place[0]
         if self._speed is None and self._allowed is None:
             return
         with self._change:
             if self._allowed is not None:
                 self._allowed = max(self._allowed - 1, 0)
+                self._stands = self._allowed == 0
+                if self._stands:
+                    self._stood()
                 while self._allowed == 0 and not self._ended:
                     if not self._change.wait_for(lambda: self._allowed != 0 or bool(self._ended), KEEP):
                         self._keep()
+                self._stands = False
             while not self._ended and self._speed is not None and (left := self._due - time.monotonic()) > 0:
                 self._change.wait(left)
             if self._speed is not None:
@@ -99,24 +121,38 @@ class OperatedRun:
 
     def _done(self, payload: bytes) -> Answer:
         operation = read_operation(payload)
-        if not self.pausable and isinstance(operation, Pause | Resume | AdvanceRun | SetSpeed):
+        place = _place(operation.at, self._mission) if isinstance(operation, PauseAt) else None
+        if not self.pausable and isinstance(operation, Pause | Resume | AdvanceRun | SetSpeed | PauseAt):
             return Answer(done=False, reason="only a simulation that waits for its controller can do that")
         with self._change:
             match operation:
-                case SendEvent(name=name):
-                    event = checked_event(name, self._machine)
+                case SendEvent(name=text) | SetParameter(text=text):
+                    event = checked_event(text, self._machine)
                     if len(self._events) >= BACKLOG:
                         return Answer(done=False, reason=f"{BACKLOG} events wait already")
                     self._events.append(event)
                 case Pause():
-                    self._allowed = 0
+                    self._allowed, self._reached = 0, ""
                 case Resume():
-                    self._allowed = None
+                    self._allowed, self._reached = None, ""
                 case AdvanceRun(ticks=ticks):
-                    self._allowed = ticks
+                    # A tick that is still on its way to the pause is not one of them.
+                    coming = self._allowed == 0 and not self._stands
+                    self._allowed, self._reached = (self._allowed or 0) + ticks + coming, ""
+                case PauseAt():
+                    self._place = place
                 case SetSpeed(factor=factor):
                     self._speed, self._due = factor, 0.0
                 case EndRun():
                     self._ended = "an operator ended the run"
             self._change.notify_all()
         return Answer(done=True)
+
+
+def _place(text: str, mission: Mission) -> tuple[str, Reached] | None:
+    """A place to pause at, with its text; None for none.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
+    return (text, stopping_point(text, mission)) if text.strip() else None

@@ -145,9 +145,10 @@ def recorded_verdict(recording: Recording) -> dict[str, Any] | None:
     said = recording.ending
     if not said:
         return None
-    report, violations = _kept(said.get("report")) or {}, _kept(said.get("violations")) or []
+    report = _kept(said.get("report")) or {}
+    violations, broken = (tuple(map(str, _kept(said.get(what)) or [])) for what in ("violations", "broken"))
     outcome, reason = said.get("outcome") or None, said.get("reason", "")
-    return Ending(outcome, reason, 0, 0.0, 0.0, 0.0, report, violations=tuple(map(str, violations))).as_json()
+    return Ending(outcome, reason, 0, 0.0, 0.0, 0.0, report, violations=violations, broken=broken).as_json()
 
 
 def _kept(text: str | None) -> Any:

@@ -51,6 +51,7 @@ class Result:
             "verdict": dict(ending.report) or None,
             "attempts": readable(self.attempts),
             "violations": list(ending.violations),
+            "broken": list(ending.broken),
             "link": dict(self.link),
             "files": {kind: str(path) for kind, path in self.files.items()},
         }
@@ -86,4 +87,9 @@ class Result:
             told["longest tick"] = f"{self.ending.longest_tick:.3f} s"
         counted = {name: count for name, count in self.link.items() if count}
         told |= counted | dict(self.files)
-        return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]
+        return [
+            self.line,
+            *(f"  {name:<28} {value}" for name, value in told.items()),
+            *self.ending.broken,
+            *self.ending.violations,
+        ]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hsm.engine.machine import Machine
+from hsm.model.chart import Model
 from hsm.testing.coverage.data import Measured, Measurements
 from hsm.testing.coverage.html import INDEX, html_pages
 from hsm.testing.coverage.lcov import cobertura, lcov
@@ -16,10 +17,14 @@ from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
 from hsm.testing.generation.generating import MOST_STEPS as MOST_GENERATED
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
+from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import UNREACHABLE, unreachable
 from hsm.testing.proofs.proving import examine
 from hsm.testing.proofs.verdicts import Assumptions, PropertyVerdict, Status
+from hsm.testing.requirements.html import PAGE, html_page
+from hsm.testing.requirements.matrix import Matrix, matrix
 from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
+from hsm.testing.scenarios.scenarios import Suite
 from hsm.testing.scenarios.tested_machine import TestedMachine
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
@@ -51,6 +56,7 @@ class Reports:
     Attributes:
         table: print it.
         fail_under: the least percentage of all items, or None.
+        requirements: print the matrix of requirements, and fail unless all of them are covered.
         html: folder for an HTML report.
         lcov: file for an LCOV tracefile.
         cobertura: file for Cobertura XML.
@@ -58,6 +64,7 @@ class Reports:
 
     table: bool = False
     fail_under: float | None = None
+    requirements: bool = False
     html: Path | None = None
     lcov: Path | None = None
     cobertura: Path | None = None
@@ -82,17 +89,22 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     """Run all scenarios and decide all properties of a machine.
 
     Raises:
-        UsageError: coverage is demanded, and there is no scenario.
+        UsageError: coverage is demanded, and there is no scenario; or requirements are, and there is none.
     """
     model = trial.machine.model
     if reports.fail_under is not None and not any(suite.scenarios for suite in trial.suites):
         raise UsageError("--fail-under needs scenarios, and there are none beside the machine")
+    if reports.requirements and not any(map(_names_requirements, trial.suites)):
+        raise UsageError(
+            "--requirements needs requirements, and no .maze-test file names one",
+            "add a line `requirement R1 what is required`, and `covers R1` below the title of a scenario",
+        )
     measurements = Measurements()
     lines: list[str] = []
     results: list[ScenarioResult] = []
     for suite in trial.suites:
         lines.append(suite.file)
-        for result in run_suite(suite, trial.machine, lambda: watches(model.properties)):
+        for result in run_suite(suite, trial.machine, lambda: watches(model.properties, model.assumptions)):
             results.append(result)
             measurements.add(model, result.coverage)
             lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")
@@ -117,6 +129,9 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     enough = reports.fail_under is None or share >= reports.fail_under
     losses: list[str] = []
     lines += _written(measured, reports, losses)
+    required = matrix(model, trial.suites, results, verdicts) if reports.requirements else None
+    if required is not None:
+        lines += [*required.lines(), *_requirements_page(required, reports.html, losses)]
     left_out = [f"{one.text}: {UNREACHABLE}" for each in measured for one in each.left_out]
     lines += left_out
     if unmet and demand.required is not None:
@@ -125,7 +140,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         f"{_count(len(results), 'scenario')}, {failed} failed; {_properties_text(verdicts)}; "
         f"{_covered_text(share, reports.fail_under) if results else 'nothing covered'}"
     )
-    as_json = {
+    as_json: dict[str, Any] = {
         "machine": model.name,
         "scenarios": [_result_json(one) for one in results],
         "assumptions": assumed,
@@ -134,7 +149,25 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         "unreachable": left_out,
         "missed": [line for one in measured for line in missed_lines(one)],
     }
-    return TrialReport(not failed and enough_known and enough, lines, as_json, losses)
+    if required is not None:
+        as_json["requirements"] = required.as_json()
+    passed = not failed and enough_known and enough and (required is None or required.passed)
+    return TrialReport(passed, lines, as_json, losses)
+
+
+def _names_requirements(suite: Suite) -> bool:
+    return bool(suite.requirements or suite.covered or any(one.covers for one in suite.scenarios))
+
+
+def _requirements_page(required: Matrix, folder: Path | None, losses: list[str]) -> list[str]:
+    """Write the matrix of requirements into the folder of the reports."""
+    if folder is None:
+        return []
+    with _noting(losses):
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / PAGE, html_page(required))
+        return [f"requirements: {folder / PAGE}"]
+    return []
 
 
 def generated(machine: Machine, steps: int | None, output: Path | None) -> TrialReport:
@@ -174,14 +207,48 @@ def mutated(trial: TestedMachine) -> TrialReport:
     red = [f"{suite.file}: {result.scenario.name}" for suite, result in own if not result.passed]
     if red:
         raise UsageError(f"--mutate needs scenarios that pass; these fail on the machine itself: {', '.join(red)}")
-    found = survey(trial.machine.model, trial.suites)
+    model = trial.machine.model
+    found = survey(model, trial.suites)
     survivors = [
-        f"{one.place or trial.machine.model.name}: {one.kind}: {one.text}: survived" for one in found.survivors
+        f"{_mutant_text(model, one)}: survived: {_unnoticed(found.reached[number])}"
+        for number, one in enumerate(found.survivors)
     ]
+    equivalent = [f"{_mutant_text(model, one)}: equivalent" for one in found.equivalent]
     total = found.killed + len(survivors)
-    line = f"{total} mutants, {found.killed} killed: mutation score {found.score:.1f}%"
-    as_json = {"machine": trial.machine.model.name, "mutants": total, "killed": found.killed, "survivors": survivors}
-    return TrialReport(not survivors, [*survivors, line], as_json)
+    line = f"{_count(total, 'mutant')}, {found.killed} killed: mutation score {found.score:.1f}%"
+    if equivalent:
+        line += f"; {len(equivalent)} proved equivalent, which do not count: {EQUIVALENT}"
+    as_json = {
+        "machine": model.name,
+        "mutants": total,
+        "killed": found.killed,
+        "score": round(found.score, 2),
+        "survivors": survivors,
+        "equivalent": equivalent,
+    }
+    return TrialReport(not survivors, [*equivalent, *survivors, line], as_json)
+
+
+EQUIVALENT = (
+    "in every run, for any parameters, the same states, transitions, activities, calls, events and variables, unless a "
+    "signal or an action fails"
+)
+"""What is proved of an equivalent mutant."""
+
+
+def _mutant_text(model: Model, mutant: Mutant) -> str:
+    return f"{mutant.place or model.name}: {mutant.kind}: {mutant.text}"
+
+
+def _unnoticed(reaching: int) -> str:
+    """Why a mutant survives."""
+    if not reaching:
+        return "no scenario comes to it"
+    return (
+        "1 scenario comes to it and sees no difference"
+        if reaching == 1
+        else f"{reaching} scenarios come to it and see no difference"
+    )
 
 
 @contextmanager

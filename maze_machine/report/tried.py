@@ -14,9 +14,10 @@ from hsm.engine.clock import nanoseconds
 from hsm.engine.evaluation import UNSET
 from hsm.engine.macrostep import Macrostep
 from hsm.interchange.reports import StepReport, model_json, signals_of
-from hsm.model.expressions import SignalValue
+from hsm.model.chart import Model
+from hsm.model.expressions import SignalValue, VariableValue
 from hsm.model.registry import Library
-from hsm.model.types import Enumeration
+from hsm.model.types import Enumeration, Type
 from hsm.model.unparse import value_text
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.session import Session, SessionError
@@ -53,7 +54,7 @@ class TriedMachine:
         publish: Callable[[Callable[[], Frame]], None],
     ) -> None:
         self._publish = publish
-        self._signals = signals_of(machine.model)
+        self._signals = _settable(machine.model)
         self._properties = machine.model.properties
         self._driver: Driver | None = None
         self._count = 0
@@ -150,21 +151,27 @@ def tried_head(machine: Machine[Any, Any], parameters: Mapping[str, Any]) -> dic
     """What the page gets of a machine that is tried."""
     model = machine.model
     signals = [
-        {"name": name, "type": str(call.signal.type), "members": _members(call)}
-        for name, call in signals_of(model).items()
+        {"name": name, "type": str(one.type), "members": _members(one.type)} for name, one in _settable(model).items()
     ]
     return trial_head(model.name, TICK, model_json(model, parameters), sources_of(model), signals)
 
 
-def _members(call: SignalValue) -> list[str]:
-    return list(call.signal.type.members) if isinstance(call.signal.type, Enumeration) else []
+def _settable(model: Model) -> dict[str, SignalValue | VariableValue]:
+    """What a line can give a value, by its text: the signals that the machine asks for, and adjustable parameters."""
+    types = {one.name: one.type for one in model.parameters}
+    adjustable = {one.parameter: VariableValue(one.parameter, types[one.parameter]) for one in model.adjustable}
+    return {**adjustable, **signals_of(model)}
 
 
-def _value(driver: Driver, call: SignalValue) -> Any:
-    value = driver.value(call)
+def _members(kind: Type) -> list[str]:
+    return list(kind.members) if isinstance(kind, Enumeration) else []
+
+
+def _value(driver: Driver, settable: SignalValue | VariableValue) -> Any:
+    value = driver.value(settable)
     if value is UNSET:
         return ""
-    return value if isinstance(value, bool) else value_text(value, call.signal.type)
+    return value if isinstance(value, bool) else value_text(value, settable.type)
 
 
 def _line_of(question: bytes) -> str:

@@ -14,6 +14,7 @@ lines of a scenario, which are recorded:
   when door.near, not space.front     signals change
   when rotate reports done            an activity ends
   when event go                       somebody sends an event
+  when cruise = 0.4 m/s               somebody changes an adjustable parameter
   after 2 s                           time passes
   expect driving within 5 s           wait for it, or report that it does not hold
   given door.near                     restart, with this from the start
@@ -23,8 +24,8 @@ and commands of this program:
   micro [LINE]        do a line, or a tick, and show its microsteps one by one; again: the next one
   why [STATE]         why transitions fired or did not in the last step
   enabled             what makes each transition of the active states fire next, or why nothing does
-  break [CONDITION]   stop a wait in a state (break moving), at a transition (break line 12) or where something comes to
-                      hold (break turns == 2); alone: do not
+  break [CONDITION]   stop a wait in a state (break moving), at a transition (break line 12; of an imported machine:
+                      break door:12) or where something comes to hold (break turns == 2); alone: do not
   back [N]            undo the last N lines
   lines               the lines so far
   save FILE [NAME]    add the session to a file of scenarios

@@ -43,7 +43,7 @@ const app = (() => {
     const lost = store.dropped - before;
     if (lost) { at = Math.max(0, at - lost); plan.restart(); lanes.restart(); }
     if (store.restarts !== restarts) { at = Math.min(at, store.frames.length - 1); plan.restart(); lanes.restart(); }
-    if (first) { controls.status(""); moment(); }
+    if (first) { controls.came(); moment(); }
     if (following) at = store.frames.length - 1;
     trial.came();
     stale = true;

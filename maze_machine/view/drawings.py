@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from functools import cache
 from xml.etree import ElementTree
 
@@ -27,8 +28,12 @@ class Drawings:
         return ["", *(state.name for state in self._machine.model.states[1:] if state.children)]
 
     def all(self) -> dict[str, str]:
-        """The picture around each compound state."""
-        return {name: self.drawn(name) for name in self.names()}
+        """The picture around each compound state, but those that cannot be drawn: the page shows an outline there."""
+        found = {}
+        for name in self.names():
+            with suppress(DiagramError):
+                found[name] = self.drawn(name)
+        return found
 
     def _drawn(self, name: str) -> str:
         """An SVG element.

@@ -17,7 +17,7 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from threading import Event, Thread
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 import uvicorn
@@ -47,6 +47,21 @@ POLICY = (
 Operate = Callable[[bytes], bytes]
 """Executes an operator's question, and returns the answer; both are JSON."""
 
+
+class SimulatedTime(NamedTuple):
+    """What a page knows of a run whose time may wait.
+
+    Attributes:
+        pausable: whether it may be paused.
+        paused: why it is paused; empty while it runs.
+    """
+
+    pausable: bool = False
+    paused: str = ""
+
+
+NO_SIMULATION = SimulatedTime()
+"""A robot's own time does not wait."""
 
 Made = Callable[[], Frame]
 """Makes a frame on demand, in another thread than the loop's."""
@@ -104,7 +119,7 @@ class LivePage:
         host: str = LOOPBACK,
         operate: Operate | None = None,
         drawn: Callable[[str], str] | None = None,
-        pausable: Callable[[], bool] = lambda: False,
+        simulation: Callable[[], SimulatedTime] = lambda: NO_SIMULATION,
         feed: Feed | None = None,
     ) -> None:
         """Begin to listen.
@@ -115,11 +130,11 @@ class LivePage:
             host: an address of this computer.
             operate: executes an operator's request; None for a read-only page.
             drawn: returns the picture of the machine around a compound state.
-            pausable: whether the run may be paused; may be known only once it continues.
+            simulation: whether the run may be paused, and whether it is; both may change.
             feed: frames that have come before; None where none have.
         """
         self.watched, self.seen = Event(), Event()
-        self._feed, self._operate, self._drawn, self._pausable = feed or Feed(), operate, drawn, pausable
+        self._feed, self._operate, self._drawn, self._simulation = feed or Feed(), operate, drawn, simulation
         self._ending: Mapping[str, Any] | None = None
         self._browsers = 0
         self._token = secrets.token_urlsafe(16)
@@ -239,12 +254,12 @@ class LivePage:
                 self.watched.clear()
 
     async def _feed_browser(self, browser: WebSocket, listening: asyncio.Task[None]) -> None:
-        index, ended, pausable = 0, False, False
+        index, ended, told = 0, False, NO_SIMULATION
         while not listening.done() and not self._server.should_exit:
             ending = self._ending
-            if self._pausable() != pausable:
-                pausable = not pausable
-                await browser.send_text(json.dumps({"pausable": pausable}))
+            if (simulation := self._simulation()) != told:
+                told = simulation
+                await browser.send_text(json.dumps({"simulation": told._asdict()}))
             frames, index = self._feed.after(index)
             if frames:
                 await browser.send_text('{"frames":[' + ",".join(one.decode() for one in frames) + "]}")

@@ -16,6 +16,8 @@ DASHES: tuple[tuple[int, ...], ...] = ((), (6, 3), (2, 3), (10, 3, 2, 3))
 """Lengths of strokes and gaps, in widths of a thin line."""
 DOOR, EXIT = "#995544", "#1c7a00"
 """Of doors and exits on a light ground."""
+MAP = "#cc2200"
+"""Of the robot's map on a light ground."""
 
 
 def style(number: int, ground: str = "light") -> tuple[str, tuple[int, ...]]:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
-from maze_machine.view.palette import DOOR, EXIT, style
+from maze_machine.view.palette import DOOR, EXIT, MAP, style
 from transport.files import replacing
 
 if TYPE_CHECKING:
@@ -23,6 +25,10 @@ if TYPE_CHECKING:
 
 LINES_OF_LEGEND = 24
 """How many states are distinguished by colour and dashes; with more, the path shows time instead."""
+MAP_POINTS = 20_000
+"""At most about this many points of a map are drawn."""
+ENLARGED = 10
+"""Ellipses are drawn this many times as large as they are: places are known within millimetres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,17 +61,51 @@ class Trail:
     states: Sequence[str] = ()
 
 
-def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> None:
+class Spread(NamedTuple):
+    """An ellipse: its middle and half axes, m, and the direction of the first axis, rad."""
+
+    x: float
+    y: float
+    first: float
+    second: float
+    direction: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenMap:
+    """The robot's map, in metres in the frame of the picture.
+
+    Attributes:
+        points: on walls, shape (n, 2).
+        way: where they were seen from, shape (k, 2).
+        spreads: one standard deviation of some of these places.
+    """
+
+    points: NDArray[np.float64]
+    way: NDArray[np.float64]
+    spreads: Sequence[Spread]
+
+
+def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "", seen: SeenMap | None = None) -> None:
     """Draw a run into an image file; its suffix (.png, .svg, .pdf, .jpg) says which format.
+
+    Args:
+        file: the image.
+        scene: walls, doors and exits.
+        trail: the path.
+        title: above it.
+        seen: the robot's map, drawn over the walls; None where it has none.
 
     Raises:
         OSError: the file cannot be written.
     """
-    width, height = _extent(scene, trail)
+    width, height = _extent(scene, trail, seen)
     figure = Figure(figsize=_size(width, height), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     draw_scene(axes, scene)
+    if seen is not None:
+        draw_map(axes, seen)
     draw_trail(figure, axes, trail)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.set_title(title, fontsize=10, loc="left")
@@ -83,6 +123,21 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
         exits = LineCollection(list(scene.exits), colors=EXIT, linewidths=2.5, linestyles=":", label="exit")
         axes.add_collection(exits)
     axes.autoscale_view()
+
+
+def draw_map(axes: Axes, seen: SeenMap) -> None:
+    """The robot's map: what it saw of the walls, from where, and how well it knows those places."""
+    every = max(1, len(seen.points) // MAP_POINTS)
+    axes.plot(*seen.points[::every].T, ".", color=MAP, markersize=1.5, zorder=2.5, label="map: walls")
+    axes.plot(*seen.way.T, color=MAP, linewidth=0.7, zorder=2.5, label="map: where they were seen from")
+    ellipses = [
+        Ellipse((one.x, one.y), 4 * ENLARGED * one.first, 4 * ENLARGED * one.second, angle=math.degrees(one.direction))
+        for one in seen.spreads
+    ]
+    label = f"map: 2 standard deviations, x {ENLARGED}"
+    rings = PatchCollection(ellipses, facecolor="none", edgecolor=MAP, linewidth=0.7, zorder=2.5)
+    axes.add_collection(rings)
+    axes.plot([], [], "o", markerfacecolor="none", markeredgecolor=MAP, markersize=7, label=label)
 
 
 def draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
@@ -130,9 +185,10 @@ def stretches(states: Sequence[str]) -> list[tuple[str, int, int]]:
     return [(states[begin], begin, end) for begin, end in zip(begins, ends, strict=True)]
 
 
-def _extent(scene: Scene, trail: Trail) -> tuple[float, float]:
+def _extent(scene: Scene, trail: Trail, seen: SeenMap | None) -> tuple[float, float]:
     """Width and height of everything visible, m."""
-    points = np.concatenate([scene.walls.reshape(-1, 2), trail.positions.reshape(-1, 2)])
+    mapped = np.empty((0, 2)) if seen is None else seen.points
+    points = np.concatenate([scene.walls.reshape(-1, 2), trail.positions.reshape(-1, 2), mapped])
     if not len(points):
         return 1.0, 1.0
     width, height = np.ptp(points, axis=0)

@@ -80,6 +80,7 @@ const why = (() => {
     for (const one of frame.taken) lines.push(["took", one]);
     for (const [name, value] of Object.entries(frame.variables)) lines.push([name, quantity(name, value)]);
     if (frame.blind) lines.push(["stopped", frame.blind, true]);
+    for (const one of frame.broken || EMPTY) lines.push(["broken", `${one}: ${(model && model.assumptions && model.assumptions[one]) || ""}`, true]);
     for (const one of frame.violated || EMPTY) lines.push(["violated", `${one}: ${(model && model.properties[one]) || ""}`, true]);
     if (frame.outcome) lines.push(["ended in", frame.outcome]);
     const text = JSON.stringify(lines);

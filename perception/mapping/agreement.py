@@ -35,10 +35,15 @@ class Agreement:
     hidden: float
     elsewhere: float
 
-    def fits(self, settings: PlaceSettings, share: float) -> bool:
-        """Whether the scan may have been taken there: at least a share lies on walls, and almost nothing elsewhere."""
-        seen = self.hits >= settings.least_hits and self.share >= share
+    def fits(self, settings: PlaceSettings) -> bool:
+        """Whether the scan may have been taken there by a robot that has followed the map to there."""
+        seen = self.hits >= settings.least_hits and self.share >= settings.agreeing
         return seen and self.contradicted <= settings.contradicted and self.hidden <= settings.hidden
+
+    def shows(self, settings: PlaceSettings) -> bool:
+        """Whether the scan agrees so well with the grid there that a lost robot may be there."""
+        seen = self.hits >= settings.least_hits and self.share >= settings.found
+        return seen and self.contradicted <= settings.found_contradicted and self.hidden <= settings.found_hidden
 
 
 BEFORE = 0.3

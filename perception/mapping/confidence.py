@@ -45,9 +45,10 @@ class Confidence:
         settings = self.settings
         if agreement.hits < settings.least_hits:
             return match is not None
-        if agreement.fits(settings, settings.agreeing):
+        if agreement.fits(settings):
             return True
-        return match is not None and match.share >= settings.unchanged and agreement.elsewhere >= settings.elsewhere
+        unchanged = match is not None and match.share >= settings.unchanged
+        return (unchanged or agreement.share >= settings.unchanged_walls) and agreement.elsewhere >= settings.elsewhere
 
     def saw(self, *, fits: bool) -> None:
         """Take in whether a scan fits the map where the robot takes itself to be."""

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
-from perception.sweep import Mask, ScanPoints
-from transport.arithmetic import directions, distance_between, norms
+from perception.sweep import Floats, Mask, ScanPoints
+from transport.arithmetic import cosines_and_sines, directions, distance_between, norms
 from transport.description import Point
 from transport.messages import Pose
 
@@ -107,8 +107,8 @@ class FreeSpace:
     def _seen(self, sweep: ScanPoints, sensor: Pose, reach: float) -> Mask:
         """Cells through whose middles beams went, some way before what they hit."""
         settings, fan = self.settings, sweep.fan
-        low = self.cell_of((sensor.x - reach, sensor.y - reach))
-        high = self.cell_of((sensor.x + reach, sensor.y + reach))
+        free = np.minimum(sweep.free - settings.before, reach)
+        low, high = self._box(sweep, sensor, free)
         x = (np.arange(low[0], high[0] + 1) + (self.corner[0] + 0.5)) * settings.cell - sensor.x
         y = (np.arange(low[1], high[1] + 1) + (self.corner[1] + 0.5)) * settings.cell - sensor.y
         across, along = x[:, None].astype(np.float64), y[None, :].astype(np.float64)
@@ -119,11 +119,29 @@ class FreeSpace:
         bearing = (towards - heading - first) % math.tau
         beam = np.rint(bearing / fan.step).astype(np.intp)
         inside = beam < len(sweep.ranges)
-        free = sweep.free - settings.before
-        clear = inside & (away < free[np.where(inside, beam, 0)]) & (away < reach)
+        clear = inside & (away < free[np.where(inside, beam, 0)])
         seen = np.zeros_like(self.belief, dtype=bool)
         seen[low[0] : high[0] + 1, low[1] : high[1] + 1] = clear
         return seen
+
+    def _box(self, sweep: ScanPoints, sensor: Pose, free: Floats) -> tuple[Cell, Cell]:
+        """The lowest and the highest column and row of the cells that beams may have gone through.
+
+        Args:
+            sweep: the scan.
+            sensor: where the beams begin.
+            free: how far each went through free space, m.
+        """
+        lengths = np.maximum(free, 0.0)
+        cosines, sines = cosines_and_sines(sweep.fan.angles + (sensor.heading - sweep.fan.mount.heading))
+        # The nearest beam to a cell passes it at a distance of up to half the angle between two beams.
+        margin = float(np.max(lengths)) * sweep.fan.step + self.settings.cell
+        x, y = sensor.x + lengths * cosines, sensor.y + lengths * sines
+        left, right = min(float(np.min(x)), sensor.x) - margin, max(float(np.max(x)), sensor.x) + margin
+        below, above = min(float(np.min(y)), sensor.y) - margin, max(float(np.max(y)), sensor.y) + margin
+        low, high = self.cell_of((left, below)), self.cell_of((right, above))
+        columns, rows = self.belief.shape
+        return (max(low[0], 0), max(low[1], 0)), (min(high[0], columns - 1), min(high[1], rows - 1))
 
     def _disc(self, pose: Pose, radius: float) -> tuple[Cells, Cells]:
         """The cells whose middles are within a radius of the robot."""

@@ -6,9 +6,10 @@ processor to processor.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Self
 
-from transport.arithmetic import cos_sin, square
+from transport.arithmetic import atan2, cos_sin, norm, square
 
 
 class Symmetric(NamedTuple):
@@ -53,6 +54,22 @@ class Symmetric(NamedTuple):
             s * self.xt + c * self.yt,
             self.tt,
         )
+
+    @property
+    def ellipse(self) -> tuple[float, float, float]:
+        """The larger and the smaller standard deviation of a covariance in place, m, and the larger one's direction."""
+        half, apart = (self.xx + self.yy) / 2, norm((self.xx - self.yy) / 2, self.xy)
+        direction = atan2(2 * self.xy, self.xx - self.yy) / 2
+        return math.sqrt(max(half + apart, 0.0)), math.sqrt(max(half - apart, 0.0)), direction
+
+    @property
+    def definite(self) -> bool:
+        """Whether it is positive definite: all leading minors are positive (Sylvester's criterion)."""
+        xx = self.yy * self.tt - self.yt * self.yt
+        xy = self.xt * self.yt - self.xy * self.tt
+        xt = self.xy * self.yt - self.xt * self.yy
+        minor = self.xx * self.yy - self.xy * self.xy
+        return self.xx > 0 and minor > 0 and self.xx * xx + self.xy * xy + self.xt * xt > 0
 
     def inverse(self) -> Symmetric:
         """The inverse, by cofactors; of a matrix that is positive definite."""

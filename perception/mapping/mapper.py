@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from perception.mapping.cloud import Cloud
@@ -62,6 +62,18 @@ class Mapper:
         self.graph = PoseGraph(self.settings.graph)
         self.loops = Loops(self.settings, self.graph, self.clouds)
 
+    @classmethod
+    def of(
+        cls, settings: MappingSettings, poses: list[Pose], clouds: list[Cloud], steps: list[Link], loops: list[Link]
+    ) -> Mapper:
+        """The mapper of a map that was made before; the robot is taken to be at its last keyframe."""
+        mapper = cls(settings, clouds=clouds)
+        graph = mapper.graph
+        graph.poses, graph.steps, graph.loops = poses, steps, loops
+        for link in (*steps, *loops):
+            mapper.loops.paths.add(link)
+        return mapper
+
     @property
     def pose(self) -> Pose:
         """The robot in the map's frame, which is that of the first scan."""
@@ -114,45 +126,45 @@ class Mapper:
         if way >= settings.way or abs(self.offset.heading) >= settings.turn:
             self._keep(cloud)
 
-    def resume(self, cloud: Cloud, at: int) -> bool:
+    def resume(self, cloud: Cloud, at: int, guess: Pose, around: float) -> bool:
         """Continue with the map from another place: where a keyframe was made, or near it.
 
         Args:
             cloud: what is seen there, in the robot's frame.
             at: the keyframe's number.
+            guess: of the robot as seen from there.
+            around: the heading is searched for this far to either side, rad.
 
         Returns:
-            Whether the scan fits; if not, the robot is assumed to be where the keyframe was made, with a large
-            uncertainty.
+            Whether the scan fits; if not, nothing has changed.
         """
         track = self.settings.track
         near = range(max(0, at - track.neighbours), min(at + track.neighbours + 1, len(self.clouds)))
         reference = self.loops.reference(at, near)
-        found = None
-        if len(cloud) and len(reference.cloud):
-            window = Window(track.blind_across, math.pi)
-            start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), Pose(), window).pose
-            found = matched(cloud, reference, start, None, self.settings.match)
-        sure = found if found is not None and found.share >= track.sure else None
-        self.go_on(cloud, at, sure)
-        return sure is not None
+        if not len(cloud) or not len(reference.cloud):
+            return False
+        window = Window(track.blind_across, around)
+        start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), guess, window).pose
+        found = matched(cloud, reference, start, None, self.settings.match)
+        if found is None or found.share < track.sure:
+            return False
+        self.go_on(cloud, at, found)
+        return True
 
-    def go_on(self, cloud: Cloud, at: int, match: Match | None) -> None:
+    def go_on(self, cloud: Cloud, at: int, match: Match) -> None:
         """Continue the map from where a scan fits.
 
         Args:
             cloud: the scan, in the robot's frame.
             at: the keyframe from which the robot is seen.
-            match: where the scan fits, seen from there; None to take the robot to be just there, unsure of it.
+            match: where the scan fits, seen from there.
         """
         poses = self.graph.poses
         self.match = match
-        seen = match.pose if match else Pose()
-        self.offset = between(poses[-1], compose(poses[at], seen))
+        self.offset = between(poses[-1], compose(poses[at], match.pose))
         self.covariance = UNKNOWN_STEP
         self._keep(cloud)
-        if match is not None:
-            self.loops.close(Link(at, len(self.clouds) - 1, seen, match.seen))
+        self.loops.close(Link(at, len(self.clouds) - 1, match.pose, match.seen))
 
     def work(self, pieces: int) -> None:
         """Do this many pieces of the work of finding and closing loops, if there are as many."""
@@ -187,12 +199,15 @@ class Mapper:
             self._reference = self.loops.reference(last, recent)
         return self._reference
 
-    def fit(self, cloud: Cloud, *, measured: bool = True) -> Match | None:
+    def fit(
+        self, cloud: Cloud, *, measured: bool = True, possible: Callable[[Pose], bool] = lambda _: True
+    ) -> Match | None:
         """Where a scan fits the last keyframes, seen from the last one; None where it does not, or there are none.
 
         Args:
             cloud: the scan's points, in the robot's frame.
             measured: whether odometry has measured the way since the last scan.
+            possible: whether the robot can be somewhere, seen from the last keyframe.
         """
         if not self.clouds:
             return None
@@ -203,8 +218,11 @@ class Mapper:
             window = Window(track.across, track.around) if measured else Window(track.blind_across, math.pi)
             start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), guess, window).pose
             wide = matched(cloud, reference, guess, prior, self.settings.match, start=start)
-            if wide is not None and (found is None or wide.share > found.share + track.better):
+            better = wide is not None and (found is None or wide.share > found.share + track.better)
+            if wide is not None and better and possible(wide.pose):
                 found = wide
+        if found is not None and not possible(found.pose):
+            return None
         return found if found is not None and self._believed(found, guess, prior) else None
 
     def _believed(self, found: Match, guess: Pose, prior: Symmetric | None) -> bool:

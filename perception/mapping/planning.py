@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from scipy.sparse.csgraph import dijkstra
 from perception.mapping.free_space import Cell, FreeSpace
 from perception.mapping.settings import PlanSettings
 from perception.sweep import Floats, Mask
+from transport.arithmetic import distance_between
 from transport.description import Point
 
 Way = tuple[Point, ...]
@@ -28,13 +30,52 @@ class Frontier:
         place: the cell of it to which the way is the shortest, m.
         beyond: the middle of what has not been seen beside that place, m.
         distance: length of that way, longer where it is narrow, m.
-        inside: how far it is from the rim of all that has been seen, m: small at the outside of the map.
+        outward: length of the shortest way from there out of the rectangle about all walls seen, m, if all that has not
+            been seen were free.
     """
 
     place: Point
     beyond: Point
     distance: float
-    inside: float
+    outward: float
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeAhead:
+    """A frontier with the direction in which it lies.
+
+    Attributes:
+        frontier: the piece of the edge.
+        towards: a place on the way to it, near its beginning; where it is nearer than that, what is beyond it.
+    """
+
+    frontier: Frontier
+    towards: Point
+
+
+def along(way: Way, distance: float) -> Point | None:
+    """The place this far along a way, m; None where it is not that long."""
+    gone = 0.0
+    for one, other in pairwise(way):
+        gone += distance_between(one, other)
+        if gone >= distance:
+            return other
+    return None
+
+
+def left_of(way: Way, place: Point) -> Way:
+    """The rest of a way for a robot that has come from its beginning to a place near it."""
+    apart = [distance_between(one, place) for one in way]
+    nearest = min(range(len(way)), key=apart.__getitem__)
+    return (place, *way[nearest + 1 :])
+
+
+def length_of(way: Way) -> float:
+    """The length of a way, m."""
+    length = 0.0
+    for one, other in pairwise(way):
+        length += distance_between(one, other)
+    return length
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,6 +110,19 @@ class ShortestWays:
             number = int(self.before[number])
         return tuple(self.space.middle((int(column), int(row))) for column, row in reversed(cells))
 
+    def edges(self, ahead: float) -> tuple[EdgeAhead, ...]:
+        """The frontiers, each with where the way to it leads first.
+
+        Args:
+            ahead: how far along the way that is, m.
+        """
+        found = []
+        for frontier in self.frontiers():
+            way = self.way_to(self.space.cell_of(frontier.place))
+            on = along(way, ahead)
+            found.append(EdgeAhead(frontier, frontier.beyond if on is None else on))
+        return tuple(found)
+
     def nearest(self, point: Point, within: float) -> Cell | None:
         """The reachable cell nearest to a point, at most so far away, m; None where there is none."""
         cell = self.space.cell_of(point)
@@ -92,10 +146,9 @@ class ShortestWays:
         beside = _beside(unknown)
         rim = beside & np.isfinite(self.distance) & (self.room >= self.settings.rim_room * self.radius)
         pieces, count = label(rim, structure=np.ones((3, 3), dtype=int))
-        seen = ~unknown
-        if not seen.any():
+        if not count:
             return []
-        columns, rows = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+        outward = ways_outward(self.space, self.room, self.settings.room * self.radius)
         found = []
         for number in range(1, count + 1):
             cells = np.argwhere(pieces == number)
@@ -103,10 +156,9 @@ class ShortestWays:
                 continue
             lengths = self.distance[cells[:, 0], cells[:, 1]]
             cell = cells[int(np.argmin(lengths))].tolist()
-            inside = min(cell[0] - columns[0], columns[-1] - cell[0], cell[1] - rows[0], rows[-1] - cell[1])
             place = self.space.middle((cell[0], cell[1]))
-            length, deep = float(lengths.min()), float(inside) * self.space.settings.cell
-            found.append(Frontier(place, self._beyond((cell[0], cell[1])), length, deep))
+            beyond = self._beyond((cell[0], cell[1]))
+            found.append(Frontier(place, beyond, float(lengths.min()), outward.length((cell[0], cell[1]))))
         return found
 
     def _beyond(self, cell: Cell) -> Point:
@@ -144,6 +196,60 @@ def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSetti
     number = cell[0] * passable.shape[1] + cell[1]
     distance, before = dijkstra(graph, indices=number, return_predecessors=True)
     return ShortestWays(space, room, distance.reshape(passable.shape), before, radius, settings)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WaysOutward:
+    """How long the ways out of the rectangle about all walls seen would be, if all that has not been seen were free.
+
+    A robot that always takes the shortest of these ways leaves a maze as the search called A* would: what it has
+    driven, what it expects to drive.
+
+    Attributes:
+        low: the first cell of the grid that the table covers; may be outside the grid.
+        side: this many cells a side are one of the table's.
+        lengths: of the ways, m; where walls seen are all around, half of the rectangle's outline.
+    """
+
+    low: Cell
+    side: int
+    lengths: Floats
+
+    def length(self, cell: Cell) -> float:
+        """From a cell of the grid, m; 0 outside the rectangle."""
+        column, row = (cell[0] - self.low[0]) // self.side, (cell[1] - self.low[1]) // self.side
+        columns, rows = self.lengths.shape
+        return float(self.lengths[column, row]) if 0 <= column < columns and 0 <= row < rows else 0.0
+
+
+def ways_outward(space: FreeSpace, room: Floats, least: float) -> WaysOutward:
+    """The ways out of the rectangle about all walls seen, from everywhere in it.
+
+    Args:
+        space: the grid.
+        room: distance of each cell's middle from the nearest one with a wall, m, shape (columns, rows).
+        least: the robot's origin keeps this far from cells with a wall, m.
+    """
+    size = space.settings.cell
+    taken = space.taken
+    if not taken.any():
+        return WaysOutward((0, 0), 1, np.zeros((0, 0)))
+    columns, rows = np.flatnonzero(taken.any(axis=1)), np.flatnonzero(taken.any(axis=0))
+    # Cells are joined to larger ones as far as that opens no way through a wall.
+    side = max(1, math.floor(least / size))
+    margin = math.ceil(least / size) + side
+    low, high = (int(columns[0]) - margin, int(rows[0]) - margin), (int(columns[-1]) + margin, int(rows[-1]) + margin)
+    count = (high[0] - low[0]) // side + 1, (high[1] - low[1]) // side + 1
+    passable = np.ones((count[0] * side, count[1] * side), dtype=bool)
+    first, end = (max(low[0], 0), max(low[1], 0)), (min(high[0] + 1, room.shape[0]), min(high[1] + 1, room.shape[1]))
+    here = (slice(first[0] - low[0], end[0] - low[0]), slice(first[1] - low[1], end[1] - low[1]))
+    passable[here] = room[first[0] : end[0], first[1] : end[1]] >= least
+    coarse: Mask = np.asarray(passable.reshape(count[0], side, count[1], side).any(axis=(1, 3)), dtype=bool)
+    numbers = np.arange(coarse.size).reshape(count)
+    border = np.unique(np.concatenate([numbers[[0, -1]].ravel(), numbers[:, [0, -1]].ravel()]))
+    graph = _graph(coarse, np.ones(count), side * size)
+    lengths = dijkstra(graph, indices=border, min_only=True)
+    return WaysOutward(low, side, np.minimum(lengths, (count[0] + count[1]) * side * size).reshape(count))
 
 
 STEPS = (((1, 0), 1.0), ((0, 1), 1.0), ((1, 1), math.sqrt(2.0)), ((1, -1), math.sqrt(2.0)))

@@ -9,7 +9,7 @@ is done in small pieces, that many a tick.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match, matched
+from perception.mapping.reckoning import Reckoning
 from perception.mapping.settings import MappingSettings, PlaceSettings
 from perception.sweep import Floats, ScanPoints
 from transport.arithmetic import directions, norm, square
@@ -117,14 +118,16 @@ class Hypothesis:
     Attributes:
         keyframe: the one from which it is seen.
         match: where the last scan fitted, seen from there.
+        first: the robot where the first scan fitted, in the grid's frame.
+        since: what odometry says of the movement since then.
         looks: how many scans have fitted.
-        way: how far the robot has moved since the first one, m.
     """
 
     keyframe: int
     match: Match
+    first: Pose
+    since: Reckoning
     looks: int = 1
-    way: float = 0.0
 
 
 @dataclass(slots=True)
@@ -157,7 +160,7 @@ class Relocation:
         for one in self.hypotheses:
             match = one.match
             one.match = Match(compose(match.pose, step), match.seen, match.information, match.share, match.deviation)
-            one.way += norm(step.x, step.y)
+            one.since.move(step)
 
     def look(self, sweep: ScanPoints) -> Hypothesis | None:
         """Take in a scan; returns the robot's place once it is sure."""
@@ -192,6 +195,7 @@ class Relocation:
             match = one.match
             now = compose(match.pose, self._since)
             one.match = Match(now, match.seen, match.information, match.share, match.deviation)
+            one.since.move(self._since)
         self.hypotheses = fitting[: place.hypotheses]
 
     def _normals(self) -> Floats:
@@ -213,8 +217,9 @@ class Relocation:
         if found is None:
             return None
         here = compose(frame, found.pose)
-        agreement = agreement_of(self.space, sweep, here, self.settings.place)
-        return Hypothesis(base, found) if agreement.fits(self.settings.place, self.settings.place.found) else None
+        if not agreement_of(self.space, sweep, here, self.settings.place).shows(self.settings.place):
+            return None
+        return Hypothesis(base, found, here, Reckoning(self.settings.reckoning))
 
     def _nearest(self, place: Pose) -> list[int]:
         """The keyframes nearest to a place, the nearest first."""
@@ -234,9 +239,10 @@ class Relocation:
         left: list[Hypothesis] = []
         for one in self.hypotheses:
             found = self._fitted(cloud, sweep, self._pose(one))
-            if found is not None and all(self._apart(found, other) for other in left):
-                found.looks, found.way = one.looks + 1, one.way
-                left.append(found)
+            if found is None or not one.since.allows(between(one.first, self._pose(found))):
+                continue
+            if all(self._apart(found, other) for other in left):
+                left.append(replace(one, keyframe=found.keyframe, match=found.match, looks=one.looks + 1))
         self.hypotheses = left
 
     def _believed(self) -> Hypothesis | None:
@@ -245,4 +251,4 @@ class Relocation:
         if len(self.hypotheses) != 1:
             return None
         one = self.hypotheses[0]
-        return one if one.looks >= place.looks and one.way >= place.way else None
+        return one if one.looks >= place.looks and one.since.way >= place.way else None

@@ -145,10 +145,6 @@ class TrackSettings(Settings):
     """A match with a smaller share is accepted only where it agrees with odometry: much may be new in sight."""
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
-    most_step: Annotated[Positive, Grows(speed=1)] = 0.2
-    """A step of odometry from tick to tick longer than this, m, is not a movement: it is not known how far it was."""
-    most_turn: Positive = 0.4
-    """Nor is one that turns by more, rad."""
     new: Share = 0.15
     """And with a share that is smaller still no match is accepted; odometry alone is followed."""
     across: Positive = 0.6
@@ -244,6 +240,25 @@ class PlanSettings(Settings):
     """A frontier has at least this many cells: no robot fits through a smaller one."""
 
 
+class ReckoningSettings(Settings):
+    """What odometry's errors can explain: a robot that is farther off was carried."""
+
+    most_step: Annotated[Positive, Grows(speed=1)] = 0.2
+    """A step of odometry from tick to tick longer than this, m, is not a movement: it is not known how far it was."""
+    most_turn: Positive = 0.4
+    """Nor is one that turns by more, rad."""
+    place: Positive = 0.1
+    """The robot may be off by this much, m,"""
+    place_way: Share = 0.06
+    """and by this much more for each metre of way, m,"""
+    turn: Positive = 0.1
+    """and in heading by this much, rad,"""
+    turn_way: Positive = 0.03
+    """and by this much more for each metre of way, rad,"""
+    turn_turn: Share = 0.05
+    """and for each radian of turn."""
+
+
 class PlaceSettings(Settings):
     """Whether the robot knows where it is on the map, and finding it again where it does not."""
 
@@ -259,12 +274,18 @@ class PlaceSettings(Settings):
     """Share of the hits that lie on walls of the grid where the place is known: some of what is in sight may be new."""
     contradicted: Share = 0.03
     """And at most this share lie where it is free."""
-    hidden: Share = 0.1
-    """And at most this share where nothing is known, behind a wall."""
+    hidden: Share = 0.3
+    """And at most this share where nothing is known, behind a wall: past a corner a beam may graze one."""
     found: Share = 0.8
     """Share of the hits that lie on walls of the grid where a lost robot may be."""
+    found_contradicted: Share = 0.01
+    """And at most this share lie where it is free: at the right place there are none."""
+    found_hidden: Share = 0.03
+    """And at most this share where nothing is known, behind a wall."""
     unchanged: Share = 0.65
     """Or this share of the scan lies on the walls of the last keyframes,"""
+    unchanged_walls: Share = 0.85
+    """or this share of the hits on walls of the grid,"""
     elsewhere: Share = 0.97
     """and without that one sector this share of the directions agrees with the grid."""
     convincing: Count = 3
@@ -293,7 +314,7 @@ class PlaceSettings(Settings):
     """A scan is matched with this many keyframes, the nearest ones."""
     looks: Count = 6
     """A place is accepted after this many scans that fit,"""
-    way: Positive = 4.0
+    way: Positive = 6.0
     """after this much way, m,"""
     no_rival: Positive = 0.3
     """and when no other place farther than this from it, m, fits as well."""
@@ -318,6 +339,8 @@ class MappingSettings(Settings):
     """The pose graph."""
     free_space: FreeSpaceSettings = FreeSpaceSettings()
     """The grid."""
+    reckoning: ReckoningSettings = ReckoningSettings()
+    """What odometry's errors can explain."""
     place: PlaceSettings = PlaceSettings()
     """Whether the place on the map is known."""
     plan: PlanSettings = PlanSettings()

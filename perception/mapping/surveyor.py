@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from perception.mapping.agreement import agreement_of
 from perception.mapping.cloud import cloud_of
 from perception.mapping.confidence import Confidence, Knowledge
-from perception.mapping.frames import compose
+from perception.mapping.frames import between, compose
 from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
-from perception.mapping.planning import ShortestWays, plan_from
+from perception.mapping.planning import EdgeAhead, ShortestWays, plan_from
+from perception.mapping.reckoning import Reckoning
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
@@ -22,6 +23,40 @@ from transport.messages import Pose
 
 FORGETTING = 0.9
 """The decay per scan of the estimated odometry error."""
+
+
+AHEAD = 5.5
+"""The direction of a way is that of the place this many radii of the robot along it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KnownWays:
+    """What the map says of ways, until it changes.
+
+    Attributes:
+        changes: how often the map had been changed.
+        plan: the ways from where the robot was then.
+        edges: the pieces of the edge of what has been seen, each with its direction.
+    """
+
+    changes: int
+    plan: ShortestWays
+    edges: tuple[EdgeAhead, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Supposition:
+    """Where a robot is said to be on a map.
+
+    Attributes:
+        keyframe: the one from which it is seen.
+        pose: seen from there.
+        around: how far its heading may be off, rad.
+    """
+
+    keyframe: int = 0
+    pose: Pose = field(default_factory=Pose)
+    around: float = math.pi
 
 
 @dataclass(slots=True)
@@ -35,6 +70,7 @@ class Surveyor:
         free_space: where the robot can drive.
         confidence: whether it knows where the robot is; while it does not, nothing enters the map.
         drawing: whether this tick's scan has been drawn into the grid.
+        supposed: where the robot is said to be on a map that was made before, until a scan shows it.
     """
 
     settings: MappingSettings
@@ -43,20 +79,24 @@ class Surveyor:
     free_space: FreeSpace = field(init=False)
     confidence: Confidence = field(init=False)
     drawing: bool = False
+    supposed: Supposition | None = None
     _ticks: int = 0
-    _measured: bool = True
+    _since_fit: Reckoning = field(init=False)
     _rough: float = 0.0
-    _resumes: bool = False
     _relocation: Relocation | None = None
+    _ways: KnownWays | None = None
 
     def __post_init__(self) -> None:
         self.mapper = Mapper(self.settings)
         self.free_space = FreeSpace(self.settings.free_space)
         self.confidence = Confidence(self.settings.place)
+        self._since_fit = Reckoning(self.settings.reckoning)
 
     @property
     def pose(self) -> Pose:
         """The robot in the world model's frame."""
+        if self.supposed is not None:
+            return compose(self.keyframe(self.supposed.keyframe), self.supposed.pose)
         return compose(self.start, self.mapper.pose)
 
     @property
@@ -73,6 +113,17 @@ class Surveyor:
         pose = self.pose
         return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)
 
+    def ways(self, radius: float) -> KnownWays:
+        """The ways from about where the robot is: from where it was when the map has last changed.
+
+        Args:
+            radius: of the robot, m.
+        """
+        if self._ways is None or self._ways.changes != self.free_space.changes:
+            plan = self.plan(radius)
+            self._ways = KnownWays(self.free_space.changes, plan, plan.edges(AHEAD * radius))
+        return self._ways
+
     @property
     def knowledge(self) -> Knowledge:
         """Whether the place is known, doubtful or lost."""
@@ -83,21 +134,50 @@ class Surveyor:
         """Standard deviation of the place along its worse axis, as seen from the last keyframe, m."""
         return math.sqrt(max(self.covariance.xx, self.covariance.yy, 0.0))
 
+    @classmethod
+    def resumed(cls, mapper: Mapper, free_space: FreeSpace, start: Pose, supposed: Supposition | None) -> Surveyor:
+        """A surveyor for a robot that begins on a map that was made before.
+
+        Args:
+            mapper: the map.
+            free_space: its grid.
+            start: where the map begins.
+            supposed: where the robot is said to be; None where nothing is known: it is lost until it has been found.
+        """
+        again = cls(mapper.settings, start)
+        again.mapper, again.free_space, again.supposed = mapper, free_space, supposed
+        if supposed is None:
+            again.confidence.knowledge = Knowledge.LOST
+        return again
+
     def from_the_start(self) -> Surveyor:
         """A surveyor with the same map for a robot that is back where the map began."""
-        again = Surveyor(self.settings, self.start)
-        again.mapper, again.free_space, again._resumes = self.mapper, self.free_space, True
-        return again
+        return Surveyor.resumed(self.mapper, self.free_space, self.start, Supposition())
+
+    def suppose(self, pose: Pose) -> Supposition:
+        """A robot that is said to be at a pose in the world model's frame, as seen from the nearest keyframe."""
+        nearest = min(
+            range(len(self.mapper.clouds)),
+            key=lambda number: norm(self.keyframe(number).x - pose.x, self.keyframe(number).y - pose.y),
+        )
+        return Supposition(nearest, between(self.keyframe(nearest), pose), self.settings.track.around)
 
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
-        track = self.settings.track
-        if step is not None and (norm(step.x, step.y) > track.most_step or abs(step.heading) > track.most_turn):
+        reckoning = self.settings.reckoning
+        if step is not None and (norm(step.x, step.y) > reckoning.most_step or abs(step.heading) > reckoning.most_turn):
             step = None
+        if self.supposed is not None and step is not None:
+            self.supposed = replace(self.supposed, pose=compose(self.supposed.pose, step))
         self.mapper.move(step)
         if self._relocation is not None:
             self._relocation.move(step)
-        self._measured = self._measured and step is not None
+        self._since_fit.move(step)
+
+    @property
+    def _measured(self) -> bool:
+        """Whether odometry has measured all of the way since the last scan that fitted."""
+        return not self._since_fit.unmeasured
 
     def see(self, sweep: ScanPoints) -> None:
         """Process the tick's scan, if it is its turn, and a part of the work on loops.
@@ -105,9 +185,8 @@ class Surveyor:
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
         """
         known = self.knowledge is Knowledge.KNOWN
-        if self._resumes:
-            self._resumes = False
-            self.confidence.saw(fits=self.mapper.resume(cloud_of(sweep, self.settings.cloud), 0))
+        if self.supposed is not None:
+            self._begin(sweep, self.supposed)
         elif self.knowledge is Knowledge.LOST:
             self._seek(sweep)
         elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured or not known:
@@ -118,6 +197,17 @@ class Surveyor:
             self.free_space.see(sweep, self.pose)
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
+
+    def _begin(self, sweep: ScanPoints, said: Supposition) -> None:
+        """Find the robot where it is said to be, with its first scan that shows walls; else it is lost."""
+        cloud = cloud_of(sweep, self.settings.cloud)
+        if len(cloud) < self.settings.match.least_points:
+            self.confidence.knowledge = Knowledge.DOUBTFUL
+            return
+        self.supposed = None
+        fits = self.mapper.resume(cloud, said.keyframe, said.pose, said.around)
+        self.confidence.knowledge = Knowledge.KNOWN if fits else Knowledge.LOST
+        self._since_fit = Reckoning(self.settings.reckoning)
 
     def _look(self, sweep: ScanPoints) -> None:
         """Match a scan with what was seen before; where the grid agrees, take it in."""
@@ -130,7 +220,7 @@ class Surveyor:
             mapper.match = None
             self.confidence.saw_nothing(self.deviation)
             return
-        found = mapper.fit(cloud, measured=self._measured)
+        found = mapper.fit(cloud, measured=self._measured, possible=self._possible)
         if not self._agrees(sweep, found):
             mapper.match, self._rough = None, math.inf
             self.confidence.saw(fits=False)
@@ -140,7 +230,7 @@ class Surveyor:
         if found is None:
             self._rough = math.inf
             return
-        self._measured = True
+        self._since_fit = Reckoning(self.settings.reckoning)
         by = mapper.correction
         rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
         self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
@@ -154,6 +244,14 @@ class Surveyor:
         agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
         return self.confidence.believes(found, agreement)
 
+    def _possible(self, offset: Pose) -> bool:
+        """Whether the robot, seen from the last keyframe, can have got there; else it would have been carried.
+
+        A robot that was carried may as well be at another place that looks the same.
+        """
+        since = self._since_fit
+        return since.allows(compose(since.moved, between(self.mapper.offset, offset)))
+
     def _seek(self, sweep: ScanPoints) -> None:
         """Look for the lost robot all over the map, and continue from where it is found."""
         if self._relocation is None:
@@ -162,4 +260,4 @@ class Surveyor:
         if place is not None:
             self.mapper.go_on(cloud_of(sweep, self.settings.cloud), place.keyframe, place.match)
             self.confidence.found()
-            self._relocation, self._measured, self._rough = None, True, math.inf
+            self._relocation, self._since_fit, self._rough = None, Reckoning(self.settings.reckoning), math.inf

@@ -118,3 +118,14 @@ class Paths:
                 longer = moments.with_link(covariance, at)
                 heapq.heappush(waiting, (longer.cost, there, longer))
         return settled
+
+
+def certainties(graph: PoseGraph, paths: Paths) -> list[Symmetric]:
+    """The covariance of each pose as seen from the first one, with axes of the graph's frame."""
+    work = paths.from_pose(graph, 0, 1.0)
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            settled: dict[int, Moments] = end.value
+            return [settled[number].at(pose) for number, pose in enumerate(graph.poses)]

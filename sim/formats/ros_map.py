@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from sim.formats.format import Choices, Format, Grey, Sketch, Source
 from sim.formats.image import Picture, decoded, is_image
@@ -43,8 +43,14 @@ SAVED_RESOLUTION = 0.05
 ROOM = 0.3
 """The robot starts at the map's origin, or else in its middle, if nothing is nearer than this, m."""
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+"""A coordinate, m, or an angle, rad: within 10 km of the origin, like a place in any other format."""
 Share = Annotated[float, Field(ge=0, le=1)]
+
+
+def _lower(word: object) -> object:
+    """Nav2's map server reads a mode in any case."""
+    return word.lower() if isinstance(word, str) else word
 
 
 class Description(BaseModel):
@@ -54,11 +60,19 @@ class Description(BaseModel):
 
     image: Annotated[str, Field(min_length=1)]
     resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]
-    origin: Annotated[tuple[Finite, ...], Field(min_length=2, max_length=3)]
+    origin: Annotated[tuple[Coordinate, ...], Field(min_length=2, max_length=3)]
     occupied_thresh: Share = 0.65
     free_thresh: Share = 0.196
     negate: bool = False
-    mode: Literal["trinary", "scale", "raw"] = "trinary"
+    mode: Annotated[Literal["trinary", "scale", "raw"], BeforeValidator(_lower)] = "trinary"
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Description:
+        if self.free_thresh > self.occupied_thresh:
+            raise ValueError(
+                f"`free_thresh` ({self.free_thresh:g}) must not be above `occupied_thresh` ({self.occupied_thresh:g})"
+            )
+        return self
 
 
 def recognises(source: Source) -> bool:

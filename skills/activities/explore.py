@@ -11,6 +11,7 @@ from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
 from skills.steering.way import along_way
+from skills.strategies.destinations import WITHIN, way_to
 from transport.arithmetic import atan2, cos, distance_between, norm, sin
 from transport.messages import Command, Pose, Twist
 from transport.section import Point
@@ -19,14 +20,14 @@ EXPLORED = Outcome("explored")
 NONE = Outcome("none")
 SAME = 0.8
 """A piece of the map's rim nearer than this to the one that was chosen is the same one, m."""
+OUTSIDE = 0.3
+"""A place is outside all walls seen, or about to be, if the way out of the rectangle about them is this long, m."""
 LOOKS = 0.3
 """At an edge nearer than this the robot turns to look, m."""
 THERE = 0.1
 """The robot has arrived when it is this near, m."""
 SQUARE = 0.06
 """And when less than this is left to turn, rad."""
-WITHIN = 0.4
-"""A place on the map that the robot cannot are on is replaced by one at most so far away, m."""
 
 
 class OnMap(Skill):
@@ -61,10 +62,10 @@ class OnMap(Skill):
 class Explore(OnMap):
     """Drive to the edge of the map, repeatedly, until no reachable edge is left.
 
-    It chooses the edge that takes the least time to reach, with a preference for the outside of the seen area, where
-    the exit is. If an earlier attempt has found the way out, it drives there as long as no wall blocks it. It begins a
-    map if there is none. Outcomes: `explored` when all reachable space has been seen; `blocked` when the robot makes no
-    progress.
+    It chooses the edge from which the way out of the maze would be the shortest, the way to the edge included, if all
+    that has not been seen were free. If an earlier attempt has found the way out, it drives there as long as no wall
+    blocks it. It begins a map if there is none. Outcomes: `explored` when all reachable space has been seen; `blocked`
+    when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -108,13 +109,17 @@ class Explore(OnMap):
         return Command(self.steering(facts).turn(turn, (0.0, 0.0)))
 
     def _best(self, plan: ShortestWays) -> Frontier | None:
-        """The piece of the rim to drive to; the one already chosen unless another one is better by some time."""
+        """The piece of the rim to drive to: outside all walls seen, if there is one, else on the way outside.
+
+        The one already chosen remains unless another one is better by some time.
+        """
         settings = self.settings.explore
 
-        def cost(frontier: Frontier) -> float:
+        def cost(frontier: Frontier) -> tuple[bool, float]:
             same = self._chosen is not None and distance_between(frontier.place, self._chosen.place) < SAME
             change = 0.0 if same else settings.change
-            return frontier.distance / self._speed + settings.outward * frontier.inside + change
+            way = frontier.distance + settings.outward * frontier.outward
+            return frontier.outward > OUTSIDE, way / self._speed + change
 
         left = [
             frontier
@@ -126,10 +131,7 @@ class Explore(OnMap):
 
 def _way_out(facts: Facts, plan: ShortestWays) -> Way:
     """The way to where an earlier attempt has left the maze; empty where that is not known or cannot be reached."""
-    if facts.world.way_out is None:
-        return ()
-    cell = plan.nearest(facts.world.way_out, WITHIN)
-    return plan.way_to(cell) if cell is not None else ()
+    return way_to(plan, facts.world.way_out) if facts.world.way_out is not None else ()
 
 
 @LIBRARY.activity("go_to_door", outcomes=("done", "none", "blocked"), holds=("base",))
@@ -150,8 +152,7 @@ class GoToDoor(OnMap):
         if plan is not None:
             if self._door is None:
                 self._door = self._nearest(facts, plan)
-            cell = plan.nearest(self._before(self._door), WITHIN) if self._door else None
-            self._way = plan.way_to(cell) if cell is not None else ()
+            self._way = way_to(plan, self._before(self._door)) if self._door else ()
         if self._door is None:
             return NONE
         if not self._way:

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from hsm.model.types import Length
+from hsm.model.types import Angle, Duration, Length
 from perception.facts import Facts
 from perception.mapping.confidence import Knowledge
+from perception.mapping.planning import length_of
+from perception.marks import Direction
 from perception.signals import FAR
 from skills.library import LIBRARY
+from skills.strategies.destinations import (
+    NEVER,
+    Destination,
+    direction_of,
+    edges_of,
+    route_to,
+    time_of,
+    turn_to,
+    visited,
+)
+from transport.messages import wrap_angle
 
 
 @LIBRARY.action("map.begin")
@@ -25,6 +38,81 @@ def map_known(facts: Facts) -> bool:
 def map_doors(facts: Facts) -> int:
     """How many dead ends have been seen since the map was begun that may be doors and have not been tried."""
     return len(facts.world.untried_doors())
+
+
+@LIBRARY.signal("map.edges")
+def map_edges(facts: Facts) -> int:
+    """How many pieces of the edge of what has been seen the robot can reach; 0 where its place is not known."""
+    return len(edges_of(facts))
+
+
+@LIBRARY.signal("map.unexplored")
+def map_unexplored(facts: Facts, way: Direction) -> bool:
+    """Whether the shortest way to something unexplored begins in this direction, seen from the robot's heading.
+
+    False where its place is not known.
+    """
+    return any(direction_of(facts, edge.towards) is way for edge in edges_of(facts))
+
+
+@LIBRARY.signal("place.x")
+def place_x(facts: Facts) -> Length:
+    """Where the robot is, along x of the map; 0 m where that is not known."""
+    return facts.pose.x if facts.world.place_known else 0.0
+
+
+@LIBRARY.signal("place.y")
+def place_y(facts: Facts) -> Length:
+    """Where the robot is, along y of the map; 0 m where that is not known."""
+    return facts.pose.y if facts.world.place_known else 0.0
+
+
+@LIBRARY.signal("place.heading")
+def place_heading(facts: Facts) -> Angle:
+    """The robot's heading on the map, counter-clockwise from x; 0 where that is not known."""
+    return wrap_angle(facts.pose.heading) if facts.world.place_known else 0.0
+
+
+@LIBRARY.signal("place.visited")
+def place_visited(facts: Facts) -> bool:
+    """Whether the robot has been here before, within 3 of its radii, and has gone away meanwhile.
+
+    False where its place is not known.
+    """
+    return visited(facts)
+
+
+@LIBRARY.action("place.mark")
+def place_mark(facts: Facts) -> None:
+    """Mark this place, to come back to it (`marked`); a place marked before is forgotten. It moves with the map."""
+    facts.world.mark_place()
+
+
+@LIBRARY.signal("way.known")
+def way_known(facts: Facts, to: Destination) -> bool:
+    """Whether the map shows a way to a place; false where the robot's own place is not known."""
+    return route_to(facts, to) is not None
+
+
+@LIBRARY.signal("way.distance")
+def way_distance(facts: Facts, to: Destination) -> Length:
+    """Length of the shortest way to a place; 1000 m where none is known."""
+    route = route_to(facts, to)
+    return FAR if route is None else min(length_of(route), FAR)
+
+
+@LIBRARY.signal("way.time")
+def way_time(facts: Facts, to: Destination) -> Duration:
+    """How long the shortest way to a place takes at least, at the robot's speeds; 10000 s where none is known."""
+    route = route_to(facts, to)
+    return NEVER if route is None else time_of(facts, route)
+
+
+@LIBRARY.signal("way.turn")
+def way_turn(facts: Facts, to: Destination) -> Angle:
+    """The turn towards the beginning of the shortest way to a place; 0 where none is known."""
+    route = route_to(facts, to)
+    return 0.0 if route is None else turn_to(facts, route)
 
 
 @LIBRARY.signal("place.known")

@@ -66,8 +66,8 @@ def machines(draw: st.DrawFn) -> str:
         "machine   m  # name",
         "",
         "event go,stop",
-        "param near:length=0.5m",
-        "param side : Side=right #c",
+        draw(st.sampled_from(["param near:length=0.5m", "param near:length=0.5m ,adjustable( 0.1m,2 m )"])),
+        draw(st.sampled_from(["param side : Side=right #c", "param side : Side=right,adjustable #c"])),
     ]
     lines += ["", "", "var n:int=0", "var m : int = -1", ""]
     lines += [

@@ -67,8 +67,8 @@ def document(folder):
 @pytest.mark.parametrize(
     ("line", "some", "none"),
     [
-        ("", ["scenario", "test"], ["expect"]),
-        ("    ", ["given", "when", "after", "expect"], ["scenario"]),
+        ("", ["scenario", "test", "requirement", "property"], ["expect", "covers"]),
+        ("    ", ["given", "when", "after", "expect", "covers"], ["scenario"]),
         ("test ", ["ring"], []),
         ("    given ", ["pause", "space.left", "not"], ["waiting", "event", "rings"]),
         ("    when ", ["space.left", "ring", "event", "not"], ["waiting", "drive"]),
@@ -94,6 +94,55 @@ def test_what_could_be_written(document, line, some, none):
 def at(text, word):
     number, line = next((number, line) for number, line in enumerate(text.splitlines()) if word in line)
     return number, line.index(word) + 1
+
+
+REQUIRED = """test ring
+
+requirement R1 it rings when it is asked to
+requirement R-2: it waits
+
+property patient covers R-2
+
+scenario it rings
+    covers R1
+    when event go
+    expect ringing
+"""
+
+
+@pytest.fixture
+def required(folder, document):
+    text = MACHINE.replace("var rings", "property patient : never in(waiting) and in(ringing)\n\nvar rings", 1)
+    (folder / "ring.maze-machine").write_text(text, encoding="utf-8")
+    return document
+
+
+@pytest.mark.parametrize(
+    ("line", "some", "none"),
+    [
+        ("    covers ", ["R1", "R-2"], ["waiting", "it"]),
+        ("    covers R1, ", ["R-2"], ["waiting"]),
+        ("property ", ["patient"], ["waiting", "R1"]),
+        ("property patient ", ["covers"], ["patient"]),
+        ("property patient covers ", ["R1"], ["patient"]),
+    ],
+)
+def test_what_could_cover_a_requirement(required, line, some, none):
+    found = [one.label for one in required(f"{REQUIRED}{line}").completions(len(REQUIRED.splitlines()), len(line))]
+    assert set(some) <= set(found)
+    assert not set(none) & set(found)
+
+
+def test_a_requirement_is_shown_and_found_where_it_is_covered(required):
+    made = required(REQUIRED)
+    assert not made.diagnostics()
+    shown = made.hover(5, len("property patient covers R"))
+    assert (shown.label, shown.doc) == ("R-2", "it waits")
+    assert made.definition(8, len("    covers R")).line == 2
+    assert made.definition(8, 5) is None
+    assert made.definition(5, len("property pat")).file.endswith("ring.maze-machine")
+    assert [one.column for one in made.colours() if one.line == 2 and one.kind is Colour.KEYWORD] == [0]
+    assert [one.column for one in made.colours() if one.line == 5 and one.kind is Colour.KEYWORD] == [0, 17]
 
 
 def test_names_are_those_of_the_machine(document, folder):

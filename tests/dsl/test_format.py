@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 
 import pytest
 from hypothesis import given, settings
 
-from hsm.dsl import parse_model
+from hsm.dsl import check_text, parse_model
 from hsm.dsl.format.formatter import format_text
 from hsm.model.diagnostics import MachineError
+from tests.dsl.charts_at_random import PART, carelessly, chart_text
+from tests.dsl.charts_at_random import make_library as make_failing_library
 from tests.dsl.library import make_library
 from tests.dsl.machines_at_random import machines
 
@@ -26,16 +29,35 @@ def stripped(value):
     return type(value).__name__, tuple(fields.items())
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(machines())
-def test_formatting_is_idempotent_and_keeps_meaning_and_comments(text):
+def assert_the_same(text, library, file="<text>"):
+    """That the layout of a text can be made canonical, with the same meaning and comments."""
     formatted = format_text(text)
     assert format_text(formatted) == formatted
-    before, after = parse_model(text, LIBRARY), parse_model(formatted, LIBRARY)
+    before, after = parse_model(text, library, file), parse_model(formatted, library, file)
     assert stripped(replace(before, doc="", enumerations=())) == stripped(replace(after, doc="", enumerations=()))
     assert (before.doc, [state.doc for state in before.states]) == (after.doc, [state.doc for state in after.states])
     comments = [line.partition("#")[2].strip() for line in text.split("\n") if "#" in line]
     assert [line.partition("#")[2].strip() for line in formatted.split("\n") if "#" in line] == comments
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(machines())
+def test_formatting_is_idempotent_and_keeps_meaning_and_comments(text):
+    assert_the_same(text, LIBRARY)
+
+
+@pytest.mark.parametrize("instances", [False, True])
+def test_a_random_chart_with_every_kind_of_state_too(tmp_path, instances):
+    (tmp_path / "part.maze-machine").write_text(PART, encoding="utf-8")
+    library, file = make_failing_library([]), str(tmp_path / "chart.maze-machine")
+    tried = ""
+    for seed in range(1000, 1060):
+        text = chart_text(seed, instances=instances)
+        if check_text(text, library, file, remarks=False).model is not None:
+            tried += text
+            assert_the_same(carelessly(text, Random(seed)), library, file)
+    words = "parallel |history|else |defer |every | for |on done|initial |exit |raise g after"
+    assert [word for word in words.split("|") if tried.count(word) < 3] == []
 
 
 def test_the_canonical_form():

@@ -29,6 +29,14 @@ def flag(facts: object) -> bool:
     return bool(facts)
 
 
+@LIBRARY.signal("failing")
+def failing(facts: object) -> bool:
+    """Fail, if the test says so."""
+    if facts:
+        raise BROKEN
+    return False
+
+
 def machine(text):
     checked = check_text(text, LIBRARY, "rules.maze-machine")
     assert checked.model is not None, checked.diagnostics
@@ -179,6 +187,70 @@ def test_handlers_are_tried_in_order_with_their_guards():
     run = machine(text + "    on fault -> c\nstate b\nstate c").start()
     run.step(1.0, ["go"])
     assert run.configuration == {"c"}
+
+
+def test_the_state_of_the_action_comes_before_that_of_the_transition_wherever_they_stand():
+    text = "machine m\nevent go\non fault -> c\ninitial a\nstate b\n    entry / boom()\n    on fault -> d\n"
+    run = machine(text + "state a\n    on go -> b\n    on fault -> c\nstate c\nstate d").start()
+    run.step(1.0, ["go"])
+    assert run.configuration == {"d"}
+
+
+def test_a_fault_while_a_time_out_is_chosen_does_not_lose_what_its_handler_raises():
+    text = "machine m\nevent x\nstate a\n    after 1 s if failing -> b\n    on fault -> b / raise x\n"
+    run = machine(text + "state b\n    on x -> c\nstate c").start()
+    run.step(1.0, facts=True)
+    assert run.configuration == {"c"}
+
+
+DEFERRED = """
+machine m
+event e, go, leave
+parallel p
+    on leave -> other
+    state r1
+        state a
+            on * if flag -> b / boom()
+            on fault TARGET
+        state b
+    state r2
+        defer e
+state other
+    on e -> end
+final end
+"""
+
+
+def test_a_deferred_event_outlives_the_fault_of_another_region():
+    run = machine(DEFERRED.replace("TARGET", "-> b")).start()
+    assert run.step(1.0, ["e"], facts=False).deferred == ("e",)
+    assert run.step(2.0, ["e"], facts=True).deferred == ("e",)
+    run.step(3.0, ["leave"])
+    assert run.outcome == "end"
+
+
+def test_an_undone_microstep_has_moved_nothing():
+    run = machine(DEFERRED.replace("TARGET", "/ note(1)")).start()
+    run.step(1.0, ["e"], facts=False)
+    assert run.step(2.0, ["go"], facts=True).deferred == ()
+
+
+def test_the_handler_of_a_failed_condition_ends_the_wait_of_deferred_events():
+    text = (
+        "machine m\nevent e\nstate a\n    defer e\n    when failing -> b\n    on fault -> b\nstate b\n    on e -> c\n"
+    )
+    run = machine(text + "state c").start()
+    run.step(1.0, ["e"], facts=True)
+    assert run.configuration == {"c"}
+
+
+@pytest.mark.parametrize("line", ["after 1 s", "every 1 s"])
+def test_a_state_that_is_entered_again_waits_from_its_last_entry_in_the_same_step_too(line):
+    text = f"machine m\nevent x\nstate a\n    {line} -> a / note(1)\n    on x -> a\n    state b\n"
+    run = machine(text + "        after 1 s / raise x\n").start()
+    assert len(run.step(1.0).microsteps) == 2
+    assert DONE == []
+    assert not run.step(1.9)
 
 
 def test_a_failing_argument_of_an_instance_is_caught_by_the_instance(tmp_path):

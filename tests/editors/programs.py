@@ -168,6 +168,10 @@ class _Writer:
         fields = f"({self.listed(lambda: f'{self.name()} : {self.name()}')})"
         return f"{self.name()}{fields if self.chance(0.3) else ''}"
 
+    def adjustable(self) -> str:
+        bounds = f"({self.expression(1, divided=True)},{self.gap()}{self.expression(1, divided=True)})"
+        return f"{self.gap()},{self.gap()}adjustable{bounds if self.chance(0.5) else ''}"
+
     def declaration(self) -> str:
         value = f"{self.gap()}={self.gap()}{self.expression(2, divided=True)}"
         kind = self.name()
@@ -175,7 +179,10 @@ class _Writer:
             (
                 lambda: f"machine {self.name()}",
                 lambda: f"import {self.name()}",
-                lambda: f"param {self.name()}{self.gap()}:{self.gap()}{kind}" + (value if self.chance(0.5) else ""),
+                lambda: (
+                    f"param {self.name()}{self.gap()}:{self.gap()}{kind}{value if self.chance(0.5) else ''}"
+                    f"{self.adjustable() if self.chance(0.3) else ''}"
+                ),
                 lambda: f"var {self.name()} : {kind}{value}",
                 lambda: f"event {self.listed(self.declared_event)}",
                 lambda: f"expose {self.listed(self.name)}",

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 
 from hsm.dsl.syntax.parser import parse
 from maze_machine.catalogue.machines import SHIPPED
+from tests.dsl.charts_at_random import carelessly, chart_text
 from tests.dsl.machines_at_random import machines
 from tests.editors.grammar import FOLDER, captures, corpus, parser, query
 from tests.editors.programs import random_edit, random_program
@@ -81,6 +82,13 @@ def test_random_programs_are_read_and_broken_ones_are_not():
 @given(machines())
 def test_a_random_machine_that_means_something_is_read(text):
     assert not has_error(text)
+
+
+def test_a_random_chart_is_read_in_any_layout():
+    for seed in range(200):
+        text = chart_text(seed, instances=seed % 2 == 1)
+        assert not has_error(text), seed
+        assert not has_error(carelessly(text, Random(seed))), seed
 
 
 def test_an_edited_tree_equals_a_fresh_one():

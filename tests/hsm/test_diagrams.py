@@ -1,12 +1,19 @@
 """Machines drawn."""
 
+import os
 import re
+import signal as signal_module
+from html import unescape
+from random import Random
 
 import pytest
 
-from hsm import build
+from hsm import build, load, loads
+from hsm.interchange import drawing
 from hsm.interchange.diagrams import THEMES, DiagramError, Look, edge_id, render
-from hsm.interchange.folding import down_to, excerpt, open_around
+from hsm.interchange.folding import down_to, excerpt, open_around, own_states
+from maze_machine.catalogue.library import robot_names
+from maze_machine.catalogue.machines import find_machine, shipped_machines
 from tests.hsm.charts import (
     add,
     after,
@@ -145,3 +152,110 @@ def test_without_guards(machine):
     guarded = build(model(state("a", on("go", "b", guard=compare(signal("x"), "<", number(0.5)))), state("b")))
     assert "0.5" in render(guarded, "dot").decode()
     assert "0.5" not in render(guarded, "dot", Look(guards=False)).decode()
+
+
+# Where the texts are.
+
+
+def boxes_of(svg):
+    """The borders of compound states, the innermost states, the lines of the edges' texts: left, top, right, bottom."""
+    found = {"cluster": [], "node": [], "edge": []}
+    for kind, body in re.findall(r'<g id="[^"]*" class="(\w+)[^"]*">(.*?)</g>', svg, re.DOTALL):
+        if kind == "edge":
+            for x, y, points, text in re.findall(
+                r'<text.*? x="([-\d.]+)" y="([-\d.]+)".*? font-size="([\d.]+)".*?>(.*?)</text>', body
+            ):
+                written, left, size = unescape(text).strip("\xa0 "), float(x), float(points)
+                found[kind].append((left, float(y) - 0.7 * size, left + 0.5 * size * len(written), float(y), written))
+        elif shape := re.search(r'<(?:path|polygon)[^>]* (?:d|points)="([^"]*)"', body):
+            numbers = [float(one) for one in re.findall(r"-?\d+\.?\d*", shape[1])]
+            found[kind].append((min(numbers[::2]), min(numbers[1::2]), max(numbers[::2]), max(numbers[1::2])))
+    return found
+
+
+def crossing(svg):
+    """The texts that cross a border, or cover a state or another text."""
+    boxes = boxes_of(svg)
+
+    def touch(one, other):
+        return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+    def inside(one, other):
+        return other[0] <= one[0] and one[2] <= other[2] and other[1] <= one[1] and one[3] <= other[3]
+
+    found = []
+    for count, one in enumerate(boxes["edge"]):
+        over = [box for box in boxes["cluster"] if touch(one, box) and not inside(one, box)]
+        over += [box for box in (*boxes["node"], *boxes["edge"][:count]) if touch(one, box)]
+        found += [one[4]] * bool(over)
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(shipped_machines()))
+def test_the_texts_of_transitions_cross_no_border(name):
+    pytest.importorskip("pygraphviz")
+    drawn = load(find_machine(name), robot_names())
+    looks = [Look(), Look(opened=own_states)]
+    looks += [
+        Look(guards=False, brief=True, opened=open_around(drawn.model, [one])) for one in ("", "watch", "run.solve")
+    ]
+    for look in looks:
+        assert crossing(render(drawn, "svg", look).decode()) == []
+
+
+def test_as_graphviz_leaves_them_they_cross():
+    graphviz = pytest.importorskip("pygraphviz")
+    drawn = load(find_machine("pledge"), robot_names())
+    graph = graphviz.AGraph(render(drawn, "dot", Look()).decode())
+    assert crossing(graph.draw(format="svg", prog="dot").decode())
+
+
+# Graphviz may end the process that it runs in.
+
+
+def restless(count):
+    """A machine with many transitions, over which Graphviz has ended the process."""
+    draw = Random(1)
+    names = [f"s{group}_{one}" for group in range(count) for one in range(8)]
+    lines = ["machine restless", "event go"]
+    for group in range(count):
+        lines.append(f"state s{group}")
+        for one in range(8):
+            lines += [f"    state s{group}_{one}", *(f"        on go -> {draw.choice(names)}" for _ in range(3))]
+    return loads("\n".join(lines) + "\n", robot_names(), "restless.maze-machine")
+
+
+def test_a_graph_that_ends_graphviz_is_drawn_otherwise():
+    pytest.importorskip("pygraphviz")
+    svg = render(restless(4), "svg").decode()
+    assert all(f">s{group}_{one}</text>" in svg for group in range(4) for one in range(8))
+
+
+def test_the_process_is_started_again_where_it_has_ended(machine):
+    pytest.importorskip("pygraphviz")
+    first = render(machine, "svg")
+    process = drawing._DRAWER._process
+    process.kill()
+    process.wait()
+    assert render(machine, "svg") == first
+    assert drawing._DRAWER._process is not process
+
+
+def test_a_picture_that_takes_too_long_is_given_up(machine, monkeypatch):
+    pytest.importorskip("pygraphviz")
+    first = render(machine, "svg")
+    monkeypatch.setattr(drawing, "LONGEST", 0.2)
+    monkeypatch.setattr(drawing, "ATTEMPTS", ({},))
+    os.kill(drawing._DRAWER._process.pid, signal_module.SIGSTOP)
+    with pytest.raises(
+        DiagramError, match="Graphviz ends without a picture, or takes longer than 0 s; show less of it"
+    ):
+        render(machine, "svg")
+    monkeypatch.undo()
+    assert render(machine, "svg") == first
+
+
+def test_what_graphviz_cannot_read_is_said():
+    pytest.importorskip("pygraphviz")
+    with pytest.raises(drawing.DrawingError):
+        drawing.drawn("digraph {", "svg")

@@ -9,6 +9,7 @@ import pytest
 
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
+from perception import Perception
 from sim.maze import Maze, Start
 from sim.robot import SimulatedRobot
 from transport.messages import Pose
@@ -39,18 +40,25 @@ class Run:
     outcome: str | None
     states: list[str]
     path: list[Pose]
+    perception: Perception
 
 
 @pytest.fixture(scope="session")
 def solve():
-    """Drive a machine by name through a maze until the referee or the time limit (s) ends it."""
+    """Drive a machine by name through a maze until the referee or the time limit (s) ends it.
 
-    def run(name, maze, seed=0, limit=400.0, **parameters):
+    With a run before it, `known`, the robot knows what it learned there.
+    """
+
+    def run(name, maze, seed=0, limit=400.0, known=None, **parameters):
         chosen = replace(mission(name, tuple(parameters.items())), time_limit=limit)
         robot = SimulatedRobot(maze, chosen.profile.robot, seed)
-        states = []
-        ending = drive(chosen, robot, Referee(robot), [lambda tick: states.extend(tick.configuration)])
-        return Run(robot.verdict, ending.outcome, list(dict.fromkeys(states)), list(robot.path))
+        states, profile = [], chosen.profile
+        learned = known.perception.world.from_the_start() if known else None
+        perception = Perception(profile.robot, profile.perception, learned)
+        watch = [lambda tick: states.extend(tick.configuration)]
+        ending = drive(chosen, robot, Referee(robot), watch, perception)
+        return Run(robot.verdict, ending.outcome, list(dict.fromkeys(states)), list(robot.path), perception)
 
     return run
 

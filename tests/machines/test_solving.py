@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from sim.corridors import Corridor, corridor
@@ -18,6 +19,14 @@ SIMPLE = """
 #.#.#.#...#
 #s#...#.#.#
 ###########
+"""
+TWO_WAYS = """
+#########
+#.......#
+#.#####.#
+#.......#
+#s#####.#
+#######E#
 """
 ISLAND = """
 #########
@@ -53,6 +62,22 @@ def test_the_map_leads_out_without_pledge(solve, maze, text):
     assert run.verdict.escaped, run.verdict
     assert run.verdict.contacts == ()
     assert "by_pledge" not in run.states
+
+
+def test_what_is_new_in_the_second_attempt_is_driven_round_without_a_stop(solve, maze):
+    free = maze(TWO_WAYS)
+    shut = replace(free, walls=np.vstack([free.walls, [(5.0, 2.0, 5.0, 3.0)]]))
+    first = solve("explorer", free, limit=60)
+    again, round_it = (solve("explorer", walls, limit=60, known=first) for walls in (free, shut))
+    for run in (first, again, round_it):
+        assert run.verdict.escaped, run.verdict
+        assert run.verdict.contacts == ()
+        assert "by_pledge" not in run.states
+    assert again.verdict.path_length < 9.5
+    # The wall comes in sight where the robot would turn right to it, 3 m away.
+    assert max(pose.x for pose in round_it.path if 2 < pose.y < 3 and pose.x < 5) < 2.0
+    assert round_it.verdict.path_length < 13.5
+    assert round_it.verdict.time < 13.5 / 0.45
 
 
 @pytest.mark.parametrize("text", [SIMPLE, ISLAND])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 import pymunk
 import pytest
@@ -33,6 +34,14 @@ def invoke(*arguments):
         ("robot.period=1e300", "at most 10"),
         ("robot.period=1e-300", "at least 0.001"),
         ("robot.period=nan", "not nan"),
+        ("robot.period=true", "must have a number for `period`, not true"),
+        ("robot.laser.beams=false", "must have a number for `beams`, not false"),
+        ("robot.limits.acceleration=1e-300", "at least 0.001"),
+        (f"robot.name={'a' * 5000}", "letters, digits"),
+        (f"link.command={'a' * 5000}", "a ROS name"),
+        ("link.scan=**", "a ROS name"),
+        ("link.odometry=a//b", "a ROS name"),
+        ("link.door=\x1b[2Jx", "a ROS name"),
         ("robot.laser.beams=1000000000", "at most 100000"),
         ("robot.laser.range_min=20", "below `range_max`"),
         ("robot.laser.range_max=inf", "`robot.laser.range_max`"),
@@ -67,6 +76,8 @@ def test_a_setting_that_makes_no_sense_is_refused_by_name(setting, words):
     "arguments",
     [
         ["--speed", "inf"],
+        ["--seed", "9" * 400],
+        ["--library", "a" * 5000],
         ["--speed", "nan"],
         ["--time-limit", "nan"],
         ["--simulate", "substep=1e-300"],
@@ -91,6 +102,16 @@ def test_a_file_without_end_is_refused(command):
     ended = invoke(command, "/dev/zero")
     assert ended.exit_code == 3
     assert "/dev/zero cannot be read: it is larger than 32 MiB" in ended.output
+
+
+@pytest.mark.parametrize("command", ["check", "fmt", "import", "test"])
+def test_a_pipe_that_nobody_writes_is_refused(tmp_path, command):
+    pipe = tmp_path / ("m.scxml" if command == "import" else "m.maze-machine")
+    os.mkfifo(pipe)
+    ended = invoke(command, pipe)
+    assert ended.exit_code == 3
+    assert str(pipe) in ended.output
+    assert "it is a pipe" in ended.output or "is not a regular file" in ended.output
 
 
 @pytest.mark.parametrize(

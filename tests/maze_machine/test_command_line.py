@@ -32,7 +32,7 @@ def test_every_command_has_help_with_an_example(path, command):
 
 
 def test_help_needs_none_of_the_heavy_packages():
-    heavy = "numpy", "zenoh", "pymunk", "matplotlib", "lark", "pydantic", "numba", "rosbags", "transitions"
+    heavy = "numpy", "zenoh", "pymunk", "matplotlib", "lark", "pydantic", "rosbags", "transitions"
     code = f"import sys, maze_machine.cli; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
@@ -60,6 +60,22 @@ def test_wrong_usage_ends_with_status_2(arguments):
     assert ended.exit_code == 2
     assert "Usage" in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["list", "signal"], "'signal' is not one of 'machines', 'signals'"),
+        (["run", "pledge", "--seed", "x"], "must be a whole number, not 'x'"),
+        (["run", "pledge", "--time-limit", "soon"], "must be a number, not 'soon'"),
+        (["run", "pledge", "--attempts", "0"], "must be at least 1, not '0'"),
+    ],
+)
+def test_a_wrong_value_is_named_in_our_words_each_time(arguments, message):
+    for _ in range(2):
+        shown = " ".join(CliRunner().invoke(app, arguments).stderr.replace("│", " ").split())
+        assert message in shown
+        assert "Value error" not in shown
 
 
 @pytest.mark.parametrize(

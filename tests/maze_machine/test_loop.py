@@ -16,11 +16,14 @@ from maze_machine.drive.loop import merged
 from maze_machine.drive.mission import Mission, drive
 from maze_machine.drive.verdict import read_verdict
 from maze_machine.report.result import Result
+from perception import Perception
 from transport.description import Laser
 from transport.messages import Command, Observation, Odometry, Pose, Scan, Twist
 from transport.robot import LinkError
 
 LIBRARY = Library("test")
+for name in ("lost", "found"):
+    LIBRARY.event(name)
 
 
 @LIBRARY.activity("go", outcomes=("done",), holds=("base",))
@@ -139,6 +142,23 @@ def test_properties_are_watched_and_told_once(tmp_path):
     assert drive(mission(tmp_path, GOING), Recorder()).violations == ()
 
 
+def test_a_broken_assumption_is_told_as_such(tmp_path):
+    stated = "assume soon : after in(going), in(over) within 300 ms\nassume calm : never in(over) and doing(go)\n"
+    lines = []
+    ending = drive(
+        mission(tmp_path, GOING.replace("initial", f"{stated}initial", 1)),
+        Recorder(),
+        watchers=[lambda tick: lines.append(tick.line)],
+    )
+    assert [(number, line["broken"]) for number, line in enumerate(lines) if "broken" in line] == [(3, ["soon"])]
+    assert not any("violated" in line for line in lines)
+    (told,) = ending.broken
+    assert "assumption soon is broken at 0.3 s in going" in told
+    result = Result("test", {}, ending)
+    assert told in result.lines()
+    assert (result.as_json()["broken"], result.as_json()["violations"]) == ([told], [])
+
+
 def test_parameters_reach_the_activity_and_limits_the_command(tmp_path):
     robot = Recorder()
     drive(mission(tmp_path, GOING, parameters={"speed": 9.0}), robot)
@@ -224,3 +244,37 @@ def test_a_verdict_lacks_nothing(name):
     verdict, unread = read_verdict({key: value for key, value in VERDICT.items() if key != name})
     assert not verdict
     assert name in unread
+
+
+class Noticing(Perception):
+    """A perception in which the robot is lost in its third tick, and found in its fifth."""
+
+    seen = 0
+
+    def facts(self, observation):
+        """The facts, and what has happened in this tick."""
+        facts = super().facts(observation)
+        facts.world.events = {2: ("lost",), 4: ("found",)}.get(self.seen, ())
+        self.seen += 1
+        return facts
+
+
+LOSING = """\
+machine test
+initial going
+state going
+    on lost -> looking
+state looking
+    on found -> over
+final over
+"""
+
+
+@pytest.mark.parametrize("text", [LOSING, GOING], ids=["heard", "not heard"])
+def test_a_machine_hears_that_the_robot_is_lost_and_found(tmp_path, text):
+    ours, seen = mission(tmp_path, text), []
+    noticing = Noticing(ours.profile.robot, ours.profile.perception)
+    ending = drive(ours, Recorder(), None, [seen.append], noticing)
+    assert ending.outcome == "over"
+    if text == LOSING:
+        assert [tick.configuration for tick in seen] == [("going",)] * 2 + [("looking",)] * 2 + [("over",)]

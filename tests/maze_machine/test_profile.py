@@ -40,7 +40,7 @@ def test_the_command_line_wins_over_the_file(tmp_path):
     [
         ("[skills.motion]\nheading_gian = 1", "unknown key `skills.motion.heading_gian`; did you mean `heading_gain`?"),
         ("[robt]\nname = 'x'", "unknown key `robt`; did you mean `robot`?"),
-        ("[robot.limits]\nspeed = -1", "`robot.limits.speed` must be more than 0, not -1"),
+        ("[robot.limits]\nspeed = -1", "`robot.limits.speed` must be at least 0.001, not -1"),
         ("[robot.limits]\nspeed = 'fast'", "`robot.limits.speed` must be a number, not 'fast'"),
         ("[robot]\nbase = 'tracks'", "`robot.base` must have `kind`, one of 'holonomic', 'differential'"),
         ("[robot.base]\ntrack = 0.3", "`robot.base` must have `kind`, one of 'holonomic', 'differential'"),

@@ -23,13 +23,16 @@ from maze_machine.remote.messages import (
     EndRun,
     OperationError,
     Pause,
+    PauseAt,
     Resume,
     SendEvent,
+    SetParameter,
     encoded,
     read_operation,
 )
 from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import BACKLOG, OperatedRun
+from maze_machine.remote.seen import read_sights
 from maze_machine.remote.telling import EventForwarder
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
@@ -42,6 +45,8 @@ MACHINE = """machine waiting
 
 event go, halt
 
+param pace : speed = 0.2 m/s, adjustable(0.1 m/s, 0.3 m/s)
+
 var heard : int = 0
 
 initial idle
@@ -51,7 +56,7 @@ state idle
     on go -> moving    / heard += 1
 
 state moving
-    do drive(speed = 0.2 m/s)
+    do drive(speed = pace)
     on halt    -> idle
     on blocked -> idle
 """
@@ -113,6 +118,68 @@ def test_an_operator_sends_events_and_steps_through_the_run(mission):
         assert seen[5].configuration == ("idle",)
 
 
+def test_an_operator_changes_a_parameter_that_the_machine_allows(mission):
+    with running(mission) as (seen, client, _):
+        until(lambda: len(seen) == 1)
+        assert client.model()["adjustable"] == {"pace": [0.1, 0.3]}
+        assert client.operate(SetParameter(parameter="pace", value="30 cm/s")).done
+        assert client.operate(SendEvent(name="go")).done
+        assert client.operate(AdvanceRun(ticks=12)).done
+        until(lambda: len(seen) == 13)
+        assert seen[1].events == ("pace = 0.3 m/s", "go")
+        assert seen[1].variables["pace"] == 0.3
+        assert seen[12].command.twist.forward == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("at", "tick"),
+    [("moving", 1), ("line 13", 1), ("waiting:13", 1), ("heard == 1", 1), ("pace > 0.25 m/s, moving", 3)],
+)
+def test_a_run_pauses_where_it_comes_to_a_place(mission, at, tick):
+    with running(mission) as (seen, client, _):
+        until(lambda: len(seen) == 1)
+        assert client.operate(PauseAt(at=at)).done
+        assert client.operate(SendEvent(name="go")).done
+        if tick == 3:
+            assert client.operate(AdvanceRun(ticks=2)).done
+            until(lambda: len(seen) == 3)
+            assert client.operate(SetParameter(parameter="pace", value="0.3 m/s")).done
+        steps = client.steps(10.0)
+        assert client.operate(Resume()).done
+        assert next(step for step in steps if step.get("paused") == at)["tick"] == tick
+        assert len(seen) == tick + 1
+        assert client.operate(AdvanceRun()).done  # what holds on does not pause it again
+        assert next(step for step in steps if step["tick"] > tick and step.get("paused"))["paused"] != at
+
+
+@pytest.mark.parametrize(
+    ("at", "reason"),
+    [
+        ("line 99", "there is no transition in line 99"),
+        ("door:3", "the machine has no file `door`; its files: waiting"),
+        ("nowhere", "nowhere"),
+        ("moving within 3 s", "remove `within`"),
+        ("called stop", "stop"),
+    ],
+)
+def test_a_place_that_cannot_be_is_refused(mission, at, reason):
+    answer = json.loads(OperatedRun(mission, pausable=True).answer(PauseAt(at=at).model_dump_json().encode()))
+    assert not answer["done"]
+    assert reason in answer["reason"]
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "reason"),
+    [("pace", "0.5 m/s", "takes 0.1 m/s to 0.3 m/s"), ("pace", "1 s", "not a value"), ("heard", "1", "no adjustable")],
+)
+def test_a_change_that_the_machine_does_not_allow_is_refused(mission, parameter, value, reason):
+    operated = OperatedRun(mission, pausable=True)
+    answer = json.loads(operated.answer(SetParameter(parameter=parameter, value=value).model_dump_json().encode()))
+    assert not answer["done"]
+    assert reason in answer["reason"]
+    assert list(operated.events(0, 0.0)) == []
+
+
 def test_a_viewer_sees_the_machine_and_asks_why(mission):
     with running(mission) as (seen, client, _):
         until(lambda: len(seen) == 1)
@@ -125,10 +192,10 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
         step = next(steps)
         assert step["states"] == ["idle"]
         assert step["activities"] == {"idle": {"text": "stop", "arguments": {}}}
-        assert step["variables"] == {"heard": 0}
+        assert step["variables"] == {"pace": 0.2, "heard": 0}
         client.operate(SendEvent(name="halt"))
         client.operate(AdvanceRun())
-        until(lambda: seen[-1].events == ("halt",))
+        until(lambda: ("halt",) in [one.events for one in seen])
         why = client.why("idle")
         assert why["active"] is True
         assert client.why("nowhere")["reason"] == "machine waiting has no state `nowhere`"
@@ -142,10 +209,53 @@ def test_who_looks_on_sees_what_perception_found_and_a_pause_is_no_end(mission):
         assert {"landmarks", "nodes", "ways", "minimap", "at"} <= set(first["sights"])
         later = threading.Timer(0.3, lambda: client.operate(AdvanceRun()))
         later.start()
-        second = next(frames)
+        second = next(one for one in frames if one["tick"] > 0)  # the first comes again once the run stands
         later.join()
         assert second["tick"] == 1
         assert second["sights"]["minimap"]["rows"]
+
+
+SEEN = {
+    "at": [0.0, 1.0, 2.0],
+    "pose": [0.0, 0.0, 0.0],
+    "landmarks": [[0, 0, 1.5, 1]],
+    "nodes": [[1, 2, "corner"]],
+    "ways": [[[0, 0], [1, 0], [1, 1]]],
+    "minimap": {"size": 2, "cell": 0.1, "turn": 0.0, "rows": ["02", "20"]},
+}
+
+
+def test_valid_sights_are_kept():
+    assert read_sights(json.dumps(SEEN).encode()) == SEEN
+    assert read_sights(b"{}") == {}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"at": None},
+        {"at": [0, 1]},
+        {"at": [0, 1, float("nan")]},
+        {"landmarks": 7},
+        {"landmarks": [[0, 0, 1]]},
+        {"landmarks": [["0", 0, 1, 1]]},
+        {"nodes": [[1, 2, {}]]},
+        {"ways": [None]},
+        {"door": "wide"},
+        {"minimap": {**SEEN["minimap"], "size": 10**9}},
+        {"minimap": {**SEEN["minimap"], "rows": [7]}},
+        {"map": {"poses": [[0, 0]], "points": "all", "ellipse": [1, 1, 0]}},
+        {"map": {}},
+    ],
+    ids=str,
+)
+def test_sights_that_a_page_could_not_draw_are_left_out(change):
+    assert read_sights(json.dumps({**SEEN, **change}).encode()) == {}
+
+
+@pytest.mark.parametrize("answer", [b"", b"[]", b"null", b"\xff", b"[" * 10_000])
+def test_sights_that_are_none_are_left_out(answer):
+    assert read_sights(answer) == {}
 
 
 def test_an_operator_ends_the_run(mission):
@@ -206,11 +316,11 @@ def run(*arguments):
 def test_a_scripted_event_is_in_the_trace_and_in_the_replay(tmp_path):
     machine, trace, recording = (tmp_path / name for name in ("waiting.maze-machine", "t.jsonl", "r.mcap"))
     machine.write_text(MACHINE, encoding="utf-8")
-    at = ("--event-at", "1:go", "--event-at", "2.5:halt", "--time-limit", 4, "--maze", "corridor")
-    run(machine, *at, "--trace", trace, "--record", recording)
+    at = ("--event-at", "1:go", "--event-at", "1.5:pace=0.3m/s", "--event-at", "2.5:halt", "--time-limit", 4)
+    run(machine, *at, "--maze", "corridor", "--trace", trace, "--record", recording)
     lines = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()[1:]]
     heard = {line["tick"]: line["events"] for line in lines if "events" in line}
-    assert heard == {10: ["go"], 25: ["halt"]}
+    assert heard == {10: ["go"], 15: ["pace = 0.3 m/s"], 25: ["halt"]}
     assert (lines[10]["states"], lines[25]["states"]) == (["moving"], ["idle"])
     again = tmp_path / "again.jsonl"
     done = CliRunner().invoke(app, ["replay", str(recording), "--trace", str(again)])
@@ -218,7 +328,7 @@ def test_a_scripted_event_is_in_the_trace_and_in_the_replay(tmp_path):
     assert again.read_bytes() == trace.read_bytes()
 
 
-@pytest.mark.parametrize("entry", ["go", "x:go", "-1:go", "nan:go", "1:", "1:gone", "1e400:go"])
+@pytest.mark.parametrize("entry", ["go", "x:go", "-1:go", "nan:go", "1:", "1:gone", "1e400:go", "1:pace = 9 m/s"])
 def test_a_wrong_script_is_refused(tmp_path, entry):
     machine = tmp_path / "waiting.maze-machine"
     machine.write_text(MACHINE, encoding="utf-8")

@@ -3,14 +3,18 @@
 import base64
 import gzip
 import json
+import re
 import socket
 from dataclasses import replace
+from pathlib import Path
+from shutil import copyfile
 
 import pytest
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 
+from hsm.dsl.syntax.lexer import IN_PLACE, RESERVED, STATEMENTS
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
 from maze_machine.drive.replay import Difference, first_difference, named_machine, recorded_mission
@@ -237,6 +241,40 @@ def test_a_layout_for_foxglove_names_what_is_in_the_recording(recorded):
     assert {part for part in placed if isinstance(part, str)} == set(panels)
 
 
+def test_the_panels_of_a_layout_are_those_of_foxglove_s_own_library(recorded):
+    """Its classes list what each panel knows. Only the plan has another name in files that the application saves."""
+    layouts = pytest.importorskip("foxglove.layouts")
+    topics = read_recording(recorded[0]).heard
+    panels = {name.partition("!")[0]: config for name, config in layout(topics)["configById"].items()}
+
+    def knows(made: object, said: dict[str, object]) -> bool:
+        return said.keys() <= made._to_dict().keys()
+
+    for panel in (layouts.ThreeDeePanel, layouts.StateTransitionsPanel, layouts.PlotPanel, layouts.RawMessagesPanel):
+        empty = panel()._to_dict()
+        kind = {"ThreeDee": "3D"}.get(empty["panelType"], empty["panelType"])
+        assert knows(empty["config"], panels.pop(kind))
+    assert not panels
+    panels = layout(topics)["configById"]
+    settings = {
+        "nav_msgs/msg/OccupancyGrid": layouts.BaseRendererRosOccupancyGridTopicSettings,
+        "sensor_msgs/msg/LaserScan": layouts.BaseRendererLaserScanTopicSettings,
+        "nav_msgs/msg/Path": layouts.BaseRendererPosesTopicSettings,
+        "geometry_msgs/msg/PolygonStamped": layouts.BaseRendererRosPolygonTopicSettings,
+    }
+    plan = panels["3D!plan"]
+    assert knows(layouts.ThreeDeeCameraState(), plan["cameraState"])
+    for topic, said in plan["topics"].items():
+        assert knows(settings[topics[topic]](), said)
+    for series, name in (
+        (layouts.StateTransitionsSeries, "StateTransitions!states"),
+        (layouts.PlotSeries, "Plot!velocity"),
+    ):
+        assert panels[name]["paths"]
+        for path in panels[name]["paths"]:
+            assert knows(series(), path)
+
+
 def test_a_busy_port_of_the_live_page_is_told(finish):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -245,3 +283,26 @@ def test_a_busy_port_of_the_live_page_is_told(finish):
         status, _, err = finish("run", "pledge", "--view", "--port", port, "--no-picture")
     assert status == 2
     assert err == f"maze-machine: --host 127.0.0.1 --port {port}: Address already in use; port 0 takes any\n"
+
+
+def test_every_construct_is_replayed(finish, tmp_path):
+    for path in (Path(__file__).parent / "machines").iterdir():
+        copyfile(path, tmp_path / path.name)
+    text = "".join(path.read_text(encoding="utf-8") for path in tmp_path.glob("*.maze-machine"))
+    unused = {word for word in STATEMENTS | RESERVED | IN_PLACE if not re.search(rf"\b{word}\b", text)}
+    assert unused <= {"member", "or", "before", "eventually", "true", "false"}
+    sent = ["0.1:note(3, quick)", "1.2:again", "2:go", "2.3:note(4, slow)", "3.5:note(12, slow)"]
+    events = [word for one in sent for word in ("--event-at", one)]
+    machine = ("everything.maze-machine", "--maze", "corridor", "--no-picture")
+    status, out, _ = finish("run", *machine, *events, "--record", "run.mcap", "--trace", "run.jsonl")
+    assert status == 1
+    assert "the machine ended in `over`" in out
+    status, out, _ = finish("replay", "run.mcap", "--trace", "again.jsonl")
+    assert (status, out) == (0, "everything on 55 recorded ticks: no difference\n")
+    trace = (tmp_path / "run.jsonl").read_text()
+    assert (tmp_path / "again.jsonl").read_text() == trace
+    lines = (tmp_path / "everything.maze-machine").read_text().splitlines()
+    timed = [number for number, line in enumerate(lines, 1) if re.match(r" +(on|when|else|after|every) ", line)]
+    assert len([one for one in timed if f"(line {one})" not in trace]) <= 4
+    assert '"sent":["go"]' in trace
+    assert '"broken":["brief"]' in trace

@@ -231,6 +231,26 @@ def test_a_wait_stops_at_a_transition_by_its_line(session):
         session.stop_when("line 99")
 
 
+def test_a_wait_stops_at_a_transition_of_an_imported_machine(tmp_path):
+    (tmp_path / "inner.maze-machine").write_text(
+        "machine inner\nstate a\n    after 1 s -> b\nstate b\n    after 1 s -> over\nfinal over\n", encoding="utf-8"
+    )
+    outer = tmp_path / "outer.maze-machine"
+    outer.write_text(
+        "machine outer\nimport inner\nstate one = inner()\n    on over -> two\nstate two = inner()\n", encoding="utf-8"
+    )
+    library = robot_names()
+    session = Session(hsm.load(outer, library), library)
+    for place, times in (("inner:5", (2.0, 4.0)), ("inner.maze-machine:3", (1.0, 3.0)), ("line 4", (2.0,))):
+        session.back(len(session.lines)) if session.lines else None
+        session.stop_when(place)
+        assert [session.do("after 9 s").time for _ in times] == [pytest.approx(one) for one in times]
+    with pytest.raises(SessionError, match=r"no transition in line 5; of an imported file: inner:5"):
+        session.stop_when("line 5")
+    with pytest.raises(SessionError, match="has no file `door`; its files: outer, inner"):
+        session.stop_when("door:5")
+
+
 def test_a_page_saves_where_it_may_and_nothing_but_scenarios(session, tmp_path):
     console = Console(session, tmp_path)
     session.do("when event go")

@@ -22,6 +22,8 @@ from maze_machine.simulated.choices import MazeWords
 from transport.files import locked
 
 SETUP = Setup(time_limit=4.0)
+WAY = 4.55
+"""The shortest way through the maze `corridor`, m."""
 LIMIT = 60.0
 DASK = sys.executable, "-m", "dask"
 
@@ -75,6 +77,8 @@ def test_an_interrupted_campaign_is_taken_up_where_it_was(tmp_path):
     again.add(records[1])
     again.write()
     assert again.records == records
+    for record in records:
+        assert (record["shortest"], record["bound"]) == pytest.approx((WAY, WAY / 0.5))
     assert Results(file, SETUP, jobs[:1]).records == records[:1]
     assert len(file.read_text().splitlines()) == 4, "results of jobs that are not asked for now are kept"
 
@@ -100,6 +104,12 @@ def test_a_maze_that_cannot_be_solved_is_a_result_and_no_failure_of_the_campaign
     assert record["solved"] is False
     assert str(no_exit) in record["refused"]
     assert failures([record]) == [f"1 x maze refused, such as {record['refused']}"]
+
+
+def test_a_goal_without_a_place_has_no_shortest_way(no_exit):
+    record = run_job(Setup(time_limit=0.5, maze=MazeWords(goal="none")), Job("pledge", str(no_exit), 0))
+    assert "shortest" not in record
+    assert "bound" not in record
 
 
 def test_what_is_chosen_of_the_mazes_is_part_of_the_setup(no_exit, tmp_path):
@@ -340,7 +350,7 @@ def test_a_full_disk_costs_the_result_that_did_not_fit_and_none_before(tmp_path)
 
 @pytest.fixture
 def cluster(start):
-    """Start a scheduler and workers of dask, and their address."""
+    """Start a scheduler, which listens then, and workers of dask, and their address."""
     pytest.importorskip("distributed")
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -348,7 +358,14 @@ def cluster(start):
     address = f"tcp://127.0.0.1:{port}"
 
     def scheduler():
-        return start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program=DASK)
+        process = start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program=DASK)
+        deadline = time.monotonic() + LIMIT
+        with socket.socket() as probe:
+            while probe.connect_ex(("127.0.0.1", port)):
+                assert time.monotonic() < deadline
+                assert process.poll() is None, process.stderr.read()
+                time.sleep(0.02)
+        return process
 
     def worker():
         return start("worker", address, "--host", "127.0.0.1", "--nthreads", 1, "--no-dashboard", program=DASK)
@@ -376,20 +393,27 @@ def test_a_scheduler_and_a_worker_that_are_killed_cost_no_result(start, finish, 
     arguments = ["sweep", "--machines", "right_hand", "--mazes", "corridor", "--seeds", 30, "--time-limit", 4]
     sweep = start(*arguments, "--scheduler", address, "--out", file)
 
-    def wait_for(lines):
-        deadline = time.monotonic() + LIMIT
-        while not file.exists() or file.read_text().count("\n") < lines:
-            assert time.monotonic() < deadline
-            assert sweep.poll() is None, sweep.stderr.read()
-            time.sleep(0.01)
+    def lines():
+        return file.read_text().count("\n") if file.exists() else 0
 
-    wait_for(3)
+    def wait_for(end):
+        """Wait as long as there is progress: a busy computer takes any time for all of it."""
+        before, deadline = lines(), time.monotonic() + LIMIT
+        while not end():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+            if lines() > before:
+                before, deadline = lines(), time.monotonic() + LIMIT
+
+    wait_for(lambda: lines() >= 3 or sweep.poll() is not None)
+    assert sweep.poll() is None, sweep.stderr.read()
     os.killpg(workers[0].pid, signal.SIGKILL)
     first.kill()
     first.wait()
     scheduler()
     worker()
-    _, err = sweep.communicate(timeout=2 * LIMIT)
+    wait_for(lambda: sweep.poll() is not None)
+    _, err = sweep.communicate(timeout=LIMIT)
     assert (sweep.returncode, err) == (1, "")
     assert finish(*arguments, "--workers", 2, "--out", "here.jsonl")[0] == 1
     assert file.read_bytes() == (tmp_path / "here.jsonl").read_bytes()

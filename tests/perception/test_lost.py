@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from perception import Perception
-from perception.mapping.agreement import agreement_of
+from perception.mapping.agreement import Agreement, agreement_of
 from perception.mapping.confidence import Confidence, Knowledge
 from perception.mapping.frames import between, compose
 from perception.mapping.settings import PlaceSettings
@@ -20,7 +20,7 @@ from transport.messages import Observation, Odometry, Pose, Scan
 WALLS = cells(["########", "#......#", "#.####.#", "#.#....#", "#...##.#", "########"])
 ROUND = [Pose(4.5, -1.5), Pose(4.5, -6.5), Pose(2.5, -6.5), Pose(2.5, -3.5), Pose(1.5, -3.5), Pose(1.5, -1.5)]
 
-BACK = [Pose(4.4, -5.0), Pose(4.5, -1.5), Pose(2.5, -1.5)]
+BACK = [Pose(4.4, -5.0), Pose(4.5, -1.5), Pose(1.5, -1.5), Pose(1.5, -3.3)]
 CARRIED_TO = Pose(4.4, -5.0, math.atan2(3.5, 0.1))
 
 
@@ -46,7 +46,7 @@ class Driven:
     def __init__(self):
         self.perception, self.rng = Perception(PICO), np.random.default_rng(5)
         self.tick, self.odometry, self.at, self.first = 0, Pose(), None, None
-        self.facts, self.known, self.off = None, [], []
+        self.facts, self.known, self.off, self.events = None, [], [], []
 
     def drive(self, poses, *, blind=False):
         """Along poses; the first of them is where the robot is put."""
@@ -63,6 +63,7 @@ class Driven:
             self.first = self.first or (pose, self.facts.pose)
             off = between(between(self.first[0], pose), between(self.first[1], self.facts.pose))
             self.known.append(places.place_known(self.facts))
+            self.events += self.facts.world.events
             self.off.append(math.hypot(off.x, off.y))
             self.tick += 1
         return self
@@ -91,6 +92,7 @@ def test_a_carried_robot_is_lost_within_two_seconds(lost):
     assert not any(lost.known[lost.carried_at + 1 :])
     assert places.place_lost(lost.facts)
     assert places.place_deviation(lost.facts) == 1000
+    assert lost.events == ["lost"]
 
 
 def test_while_it_doubts_its_place_nothing_enters_the_map(lost):
@@ -107,6 +109,7 @@ def test_a_lost_robot_finds_itself_once_it_has_moved(lost):
     found = next(tick for tick in range(lost.carried_at + 1, lost.tick) if lost.known[tick])
     assert max(lost.off[found:]) < 0.03
     assert all(lost.known[found:])
+    assert lost.events == ["lost", "found"]
 
 
 def test_a_blind_robot_that_is_carried_notices_when_it_sees_again():
@@ -116,6 +119,14 @@ def test_a_blind_robot_that_is_carried_notices_when_it_sees_again():
     robot.drive([Pose(3.5, -6.5, 0.4)] * 18)
     assert not any(robot.known[seen + 1 :])
     assert places.place_lost(robot.facts)
+
+
+def test_a_robot_carried_to_where_all_looks_much_the_same_does_not_take_itself_to_be_there():
+    robot = Driven().drive(way(ROUND[:2]))
+    carried = robot.tick
+    robot.drive([Pose(4.5, -6.1, -math.pi / 2)] * 20)
+    assert not any(robot.known[carried + 2 :])
+    assert robot.events == ["lost"]
 
 
 def test_a_door_that_shuts_is_not_a_reason_to_doubt():
@@ -129,6 +140,13 @@ def test_a_door_that_shuts_is_not_a_reason_to_doubt():
     agreement = agreement_of(surveyor.free_space, sweep, here, settings)
     assert agreement.contradicted > settings.contradicted
     assert agreement.elsewhere == 1.0
+
+
+@pytest.mark.parametrize(("elsewhere", "believed"), [(1.0, True), (0.9, False)])
+def test_one_sector_may_look_otherwise_than_the_map_where_the_walls_of_all_others_agree(elsewhere, believed):
+    confidence = Confidence(PlaceSettings())
+    opening_door = Agreement(334, 0.92, contradicted=0.08, hidden=0.0, elsewhere=elsewhere)
+    assert confidence.believes(None, opening_door) == believed
 
 
 def test_a_doubt_passes_after_some_scans_that_fit():

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from perception.marks import Direction, MarkedPlace, Marks
+from perception.marks import Direction, Marks
+from perception.places import NotedPlace, Places
 from perception.settings import PerceptionSettings
 from perception.world import WorldModel
 from transport.messages import Pose
@@ -17,7 +18,7 @@ WAYS = (Direction.AHEAD, Direction.LEFT, Direction.BACK, Direction.RIGHT)
 
 def leading(marks, heading=0.0, at=(2.0, 1.0)):
     """The ways that lead out, at a junction with these marks that the robot comes to."""
-    known = Marks(0.35, known=(MarkedPlace(2.0, 1.0, list(marks)), MarkedPlace(9.0, 9.0, [1, 1, 1, 1])))
+    known = Marks(0.35, known=Places(kept=[NotedPlace(Pose(2.0, 1.0), marks=list(marks)), NotedPlace(Pose(9.0, 9.0))]))
     known.arrive(Pose(*at, heading))
     return [way for way in WAYS if known.leads_out(way)]
 
@@ -41,7 +42,7 @@ def test_the_way_with_one_mark_leads_out_whichever_way_the_junction_is_turned(ma
 
 def test_a_junction_that_is_not_known_or_not_new_tells_nothing():
     assert leading((1, 0, 1, 0), at=(2.0, 1.4)) == []
-    marks = Marks(0.35, known=(MarkedPlace(0.0, 0.0, [1, 0, 1, 0]),))
+    marks = Marks(0.35, known=Places(kept=[NotedPlace(Pose(), marks=[1, 0, 1, 0])]))
     assert not marks.leads_out(Direction.AHEAD)
     marks.arrive(Pose())
     assert marks.leads_out(Direction.AHEAD)
@@ -50,13 +51,13 @@ def test_a_junction_that_is_not_known_or_not_new_tells_nothing():
 
 
 def test_known_marks_are_not_changed_and_drift_is_allowed_for():
-    places = tuple(MarkedPlace(float(x), 0.0, [1, 0, 1, 0]) for x in range(10))
-    marks = Marks(0.35, known=places)
+    places = [NotedPlace(Pose(float(x), 0.0), marks=[1, 0, 1, 0]) for x in range(10)]
+    marks = Marks(0.35, known=Places(kept=places))
     for x in range(10):
         marks.arrive(Pose(1.08 * x + 0.1, 0.0))
         assert marks.leads_out(Direction.AHEAD)
     assert [place.marks for place in places] == [[1, 0, 1, 0]] * 10
-    assert [place.x for place in places] == list(range(10))
+    assert [place.pose.x for place in places] == list(range(10))
 
 
 @st.composite
@@ -113,4 +114,4 @@ def test_in_any_maze_the_second_attempt_takes_no_step_twice_and_none_more_than_t
     direct = tremaux(joined, order, goal, second.marks)
     assert direct is not None
     assert direct <= explored
-    assert len(second.marks.places) == direct, "no junction is come to twice"
+    assert len(second.marks.places.kept) == direct, "no junction is come to twice"

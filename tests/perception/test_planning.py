@@ -10,7 +10,7 @@ import pytest
 
 from perception.mapping import MappingSettings
 from perception.mapping.free_space import FreeSpace
-from perception.mapping.planning import plan_from
+from perception.mapping.planning import plan_from, ways_outward
 from perception.sweep import ScanPoints
 from tests.perception.scenes import PICO, cells, scan_of
 from transport.description import Laser
@@ -33,6 +33,28 @@ def seen_from(poses, walls=RING, laser: Laser = PICO.laser, times=3):
 
 def state(space, x, y):
     return int(np.sign(space.belief[space.cell_of((x, y))]))
+
+
+@pytest.mark.parametrize(
+    "laser",
+    [
+        PICO.laser,
+        Laser(beams=36, angle_min=-math.pi, angle_max=math.pi * 17 / 18, range_max=3.5),
+        Laser(beams=5, angle_min=0.5, angle_max=2.5, mount_x=0.2, mount_y=-0.1, mount_heading=2.0),
+    ],
+    ids=["PICO's", "coarse", "askew"],
+)
+def test_no_free_cell_is_left_out_to_save_time(laser, monkeypatch):
+    part = seen_from(WAY, laser=laser)
+
+    def everything(space, *_):
+        columns, rows = space.belief.shape
+        return (0, 0), (columns - 1, rows - 1)
+
+    monkeypatch.setattr(FreeSpace, "_box", everything)
+    whole = seen_from(WAY, laser=laser)
+    assert np.count_nonzero(whole.belief) > 50
+    np.testing.assert_array_equal(part.belief, whole.belief)
 
 
 def test_cells_are_free_taken_or_unknown():
@@ -117,3 +139,43 @@ def test_other_lasers_see_the_same_corridor(laser):
     space = seen_from(WAY, laser=laser)
     way = plan_from(space, (1.5, -1.5), PICO.radius, SETTINGS.plan).way_to(space.cell_of((3.5, -3.5)))
     assert way
+
+
+def room_with_gap(gap):
+    """A grid that holds the walls of a room of 4 m by 4 m, with a gap of so many cells in the wall to the right."""
+    belief = np.zeros((60, 60), dtype=np.int8)
+    belief[10:51, [10, 50]] = belief[[10, 50], 10:51] = -4
+    belief[50, 40 - gap : 40] = 0
+    belief[15:20, 15:20] = 4
+    return FreeSpace(SETTINGS.free_space, belief=belief)
+
+
+def outward_from(space, x, y, radius=PICO.radius):
+    room = plan_from(space, (1.75, 1.75), radius, SETTINGS.plan).room
+    return ways_outward(space, room, SETTINGS.plan.room * radius).length(space.cell_of((x, y)))
+
+
+@pytest.mark.parametrize("radius", [PICO.radius, 0.1], ids=["pico", "burger"])
+def test_the_way_outward_leads_through_what_has_not_been_seen_and_through_no_wall(radius):
+    through_the_gap = math.dist((1.75, 1.75), (5.0, 3.5))
+    length = outward_from(room_with_gap(10), 1.75, 1.75, radius)
+    assert through_the_gap <= length <= 1.15 * through_the_gap + 0.6
+    assert outward_from(room_with_gap(10), 4.5, 3.5, radius) < 1.5
+
+
+def test_a_gap_too_narrow_for_the_robot_does_not_lead_outward():
+    shut, narrow = (outward_from(room_with_gap(gap), 1.75, 1.75) for gap in (0, 2))
+    assert narrow == shut
+    assert shut > outward_from(room_with_gap(10), 1.75, 1.75)
+
+
+def test_beyond_all_walls_seen_the_robot_is_outside():
+    assert outward_from(room_with_gap(0), 5.9, 0.1) == 0.0
+    assert outward_from(room_with_gap(0), -20.0, 30.0) == 0.0
+
+
+def test_the_rim_of_what_has_been_seen_has_a_way_outward():
+    found = plan_from(seen_from(WAY[:1]), (1.5, -1.5), PICO.radius, SETTINGS.plan).frontiers()
+    assert found
+    # The seen corridors are 5 m by 5 m.
+    assert all(0.0 < one.outward < 5.0 for one in found)

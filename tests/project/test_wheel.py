@@ -1,6 +1,8 @@
 """What is shipped works where it is installed: a wheel in an environment of its own, far from this checkout."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 import venv
@@ -11,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.maze_machine.test_command_line import commands
+from transport.compiled import PACKAGES as KERNELS
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("hsm", "skills", "perception", "machines", "transport", "sim", "maze_machine")
@@ -49,24 +52,52 @@ def run(command, folder, **options):
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel, built from a copy of what is under version control, without a network."""
+def source(tmp_path_factory):
+    """A copy of what is under version control."""
     listed = run(["git", "ls-files", "-z", "--", *PACKAGES, "pyproject.toml", "README.md", "LICENSE"], ROOT)
     if listed.returncode != 0:
         pytest.skip("not a git checkout")
-    source, built = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("built")
+    source = tmp_path_factory.mktemp("source")
     for name in filter(None, listed.stdout.split("\0")):
         if (ROOT / name).is_file():
             copy = source / name
             copy.parent.mkdir(parents=True, exist_ok=True)
             copy.write_bytes((ROOT / name).read_bytes())
+    return source
+
+
+def setuptools_runs(code, source, **environment):
+    """Run a line of Python that begins with setuptools' newest version at hand, in the folder of the sources."""
     newest = max(distributions(name="setuptools"), key=lambda one: [int(part) for part in one.version.split(".")[:2]])
-    code = (
-        f"import sys; sys.path.insert(0, {str(newest.locate_file(''))!r}); from setuptools import build_meta as build; "
-    )
-    done = run([sys.executable, "-c", f"{code}build.build_wheel({str(built)!r})"], source)
+    path = f"import sys; sys.path.insert(0, {str(newest.locate_file(''))!r}); "
+    done = run([sys.executable, "-c", path + code], source, env={**os.environ, **environment})
     assert done.returncode == 0, done.stderr
+    return done.stderr
+
+
+@pytest.fixture(scope="module")
+def wheel(source, tmp_path_factory):
+    """The wheel, built without a network."""
+    built = tmp_path_factory.mktemp("built")
+    setuptools_runs(f"from setuptools import build_meta as build; build.build_wheel({str(built)!r})", source)
     return next(built.glob("*.whl"))
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+def test_the_wheel_has_the_compiled_kernels_for_every_version_of_python(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = [name for name in archive.namelist() if name.endswith(".so")]
+    assert {name.partition("/")[0] for name in names} == set(KERNELS)
+    assert all(name.endswith("/_kernels.abi3.so") for name in names)
+    assert "-cp311-abi3-" in wheel.name
+
+
+def test_without_a_compiler_the_packages_are_built_all_the_same(source, tmp_path):
+    folders = ["--build-lib", str(tmp_path / "built"), "--build-temp", str(tmp_path / "temporary")]
+    code = f"from setuptools import setup; setup(script_args={['build_ext', *folders]})"
+    said = setuptools_runs(code, source, CC="false")
+    assert all(f'building extension "{package}._kernels" failed' in said for package in KERNELS)
+    assert not list(tmp_path.rglob("*.so"))
 
 
 @pytest.fixture(scope="module")

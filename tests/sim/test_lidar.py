@@ -2,7 +2,6 @@
 
 import math
 import os
-import sys
 
 import numpy as np
 import pymunk
@@ -11,13 +10,15 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.lidar import Adaptive, Lidar, compiled, project
+from sim.lidar import Lidar
+from transport.compiled import TWINS
 from transport.messages import Pose, ScanGeometry
 
 PICO = ScanGeometry(1000, -2.0, 4 / 999, 0.01, 10.0)
 FULL_CIRCLE = ScanGeometry(720, -math.pi, math.tau / 719, 0.01, 30.0)
 SCENES = int(os.environ.get("MAZE_MACHINE_LIDAR_SCENES", "1000"))
-KERNELS = [project, compiled()]
+TWINS_OF_PROJECT = TWINS["sim.project"]
+KERNELS = [kernel for kernel in (TWINS_OF_PROJECT.plain, TWINS_OF_PROJECT.fast) if kernel]
 
 
 def random_scene(generator, count):
@@ -94,15 +95,6 @@ def test_ranges_equal_shapelys_on_random_scenes_to_a_nanometre(kernel):
         np.testing.assert_allclose(ours[clear], theirs[clear], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("geometry", [PICO, FULL_CIRCLE], ids=["pico", "full circle"])
-def test_numpy_and_compiled_ranges_have_the_same_bits(geometry):
-    generator = np.random.default_rng(22)
-    plain, fast = (Lidar(geometry, Pose(0.1, -0.05, 0.2), kernel) for kernel in KERNELS)
-    for _ in range(50):
-        segments, pose = random_scene(generator, int(generator.integers(1, 60)))
-        assert plain.ranges(segments, pose).tobytes() == fast.ranges(segments, pose).tobytes()
-
-
 @pytest.mark.parametrize("kernel", KERNELS)
 @given(data=st.data())
 def test_no_beam_leaves_a_closed_room(kernel, data):
@@ -149,13 +141,3 @@ def test_the_mount_shifts_and_turns_the_sensor():
     assert Lidar(ahead, Pose(0.0, -0.5, -math.pi / 2)).ranges(wall, Pose(0.0, 0.0, math.pi / 2))[1] == pytest.approx(
         2.5, abs=1e-12
     )
-
-
-def test_the_change_to_machine_code_in_mid_run_cannot_be_seen(monkeypatch):
-    monkeypatch.delitem(sys.modules, "sim._lidar_numba", raising=False)
-    segments, pose = random_scene(np.random.default_rng(5), 40)
-    adaptive, plain = Lidar(PICO, kernel=Adaptive(patience=3)), Lidar(PICO, kernel=project)
-    for turn in range(6):
-        here = Pose(pose.x, pose.y, pose.heading + turn)
-        assert adaptive.ranges(segments, here).tobytes() == plain.ranges(segments, here).tobytes()
-        assert ("sim._lidar_numba" in sys.modules) == (turn >= 2)

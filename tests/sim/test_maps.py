@@ -83,9 +83,10 @@ class TestMapsOfMappingTools:
             ({"negate": "true"}, 255 - room()),
             ({"mode": "scale", "occupied_thresh": 1.0, "free_thresh": 0.01}, room()),
             ({"mode": "raw"}, room(free=0, wall=100, around=255)),
+            ({"mode": "Raw"}, room(free=0, wall=100, around=255)),
             ({"occupied_thresh": 0.9, "free_thresh": 0.1}, room(free=240, wall=20, around=127)),
         ],
-        ids=["trinary", "negated", "negated by a word", "scale", "raw", "other thresholds"],
+        ids=["trinary", "negated", "negated by a word", "scale", "raw", "in capitals", "other thresholds"],
     )
     def test_thresholds_negation_and_modes_are_the_map_servers(self, tmp_path, said, image):
         maze = read_maze(
@@ -158,7 +159,9 @@ class TestMapsOfMappingTools:
             ({"resolution": 100.0}, "more than 200 m"),
             ({"origin": "[0]"}, "origin"),
             ({"origin": "[0, .inf, 0]"}, "origin"),
+            ({"origin": "[1e300, 0, 0]"}, "`origin.0` must be at most 10000"),
             ({"mode": "binary"}, "`mode` must be one of"),
+            ({"free_thresh": 0.7}, r"`free_thresh` \(0.7\) must not be above `occupied_thresh` \(0.65\)"),
             ({"free_thresh": 2}, "`free_thresh` must be at most 1"),
             ({"image": "none.png"}, r"none\.png: cannot be read"),
             ({"image": "map.yaml"}, "cannot be decoded"),

@@ -25,6 +25,15 @@ def test_generate_convert_and_show_go_together(tmp_path):
     assert picture.read_text().startswith("<?xml")
 
 
+def test_a_maze_is_not_converted_over_itself(tmp_path):
+    drawn = tmp_path / "a.maze"
+    invoke("maze", "generate", drawn, "--seed", 3)
+    before = drawn.read_bytes()
+    ended = invoke("maze", "convert", drawn, tmp_path / "." / "a.maze")
+    assert (ended.exit_code, drawn.read_bytes()) == (2, before)
+    assert "would overwrite what is read" in ended.stderr
+
+
 def test_the_same_seed_writes_the_same_bytes(tmp_path):
     for name in ("a.maze", "b.maze"):
         invoke("maze", "generate", tmp_path / name, "--seed", 8, "--skew", 3, "--islands", 1)

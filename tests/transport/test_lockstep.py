@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ from transport.description import RobotDescription
 from transport.endpoints import EndpointError, check_endpoint
 from transport.lockstep import LockstepServer, RemoteLockstep
 from transport.memory_bus import MemoryNetwork
-from transport.messages import Command
+from transport.messages import Command, Observation
 from transport.robot import LinkError
 from transport.settings import LinkSettings
 from transport.world import LockstepRobot
@@ -243,6 +244,49 @@ def test_a_simulator_that_is_gone_is_told_within_the_limit() -> None:
     robot.command(wander(robot.observe()))
     with pytest.raises(LinkError, match=r"not answered for 1 s"):
         robot.observe()
+
+
+def test_a_simulator_that_answers_questions_is_not_gone() -> None:
+    network, lost = MemoryNetwork(), []
+
+    def lossy(key: str, message: Message) -> Iterable[Message]:
+        if key == "toy/scan" and len(lost) < 6:
+            lost.append(message)
+            return ()
+        return (message,)
+
+    with served(network.bus()):
+        robot = take(network.bus(), seed=2, step=0.2)
+        robot.observe()
+        network.fault = lossy
+        robot.command(wander(robot.observe()))
+        assert robot.observe().stamp == 200_000_000
+    assert len(lost) == 6
+
+
+def test_a_simulator_that_answers_questions_and_makes_no_step_is_given_up() -> None:
+    network = MemoryNetwork()
+    with served(network.bus()):
+        robot = take(network.bus(), step=0.1)
+        robot.observe()
+        network.fault = lambda key, message: () if key == "toy/scan" else (message,)
+        robot.command(wander(robot.observe()))
+        with pytest.raises(LinkError, match=r"'toy' answers, but made no step for"):
+            robot.observe()
+
+
+def test_time_in_which_the_controller_itself_does_not_run_is_no_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    asleep = [0.0]
+    monkeypatch.setattr("transport.lockstep.time.monotonic", lambda now=time.monotonic: now() + asleep[0])
+
+    class Suspended(ToyWorld):
+        def step(self, command: Command) -> Observation:
+            asleep[0] += 3600.0
+            return super().step(command)
+
+    network = MemoryNetwork()
+    with served(network.bus(), world=Suspended):
+        assert trace(take(network.bus(), seed=3)) == trace(LockstepRobot(ToyWorld(3, LENGTH)))
 
 
 def test_foreign_messages_are_counted_and_change_nothing() -> None:

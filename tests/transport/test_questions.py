@@ -126,6 +126,7 @@ def test_a_good_question_reaches_the_desk(kind: str) -> None:
         ({"protocol": 1}, "version 2, not 1"),
         ({"protocol": 3, "new": "field"}, "version 2, not 3"),
         ({"request": "x" * 5000}, "too long"),
+        ({"kind": "nope"}, "must have `kind`, one of 'open', 'close', 'ask', 'again', not 'nope'"),
     ],
 )
 def test_a_whole_question_that_is_wrong_is_refused_with_the_reason(change: dict[str, object], words: str) -> None:
@@ -134,6 +135,16 @@ def test_a_whole_question_that_is_wrong_is_refused_with_the_reason(change: dict[
     assert isinstance(refused, Refused)
     assert words in refused.reason
     assert fault == "malformed question"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(b"{", "must be JSON: EOF"), (b"[]", "must be a section"), (b"{}", "must have `kind`"), (b"\xff", "must be JSON")],
+)
+def test_what_is_no_question_is_refused_with_the_reason(text: bytes, words: str) -> None:
+    refused = read_answer(respond(StrictDesk(), b"%s\n%08x" % (text, zlib.crc32(text)))[0])
+    assert isinstance(refused, Refused)
+    assert words in refused.reason
 
 
 def test_a_damaged_question_is_to_be_asked_again() -> None:

@@ -29,6 +29,7 @@ class Sample(BaseModel):
     inner: Inner = Inner()
     place: tuple[float, float] = (0.0, 0.0)
     must: int
+    code: Annotated[str, Field(pattern="^[0-9]+$")] = "1"
 
     @field_validator("name")
     @classmethod
@@ -59,6 +60,7 @@ class Sample(BaseModel):
         ({"place": 3}, "`place` must be several values, not 3"),
         ({"place": (1, "x")}, "`place.1` must be a number, not 'x'"),
         ({"sped": 1}, "`sped` is not known"),
+        ({"code": "x"}, "`code` must match ^[0-9]+$, not 'x'"),
     ],
 )
 def test_a_finding_is_one_sentence(given, told):

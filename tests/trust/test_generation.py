@@ -1,5 +1,8 @@
 """Generated tests, exhaustive checks and mutants on machines whose answers are known."""
 
+import re
+from dataclasses import replace
+
 import pytest
 from typer.testing import CliRunner
 
@@ -7,11 +10,14 @@ from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.exploration.exploring import AskingRegions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generation.generating import generate
+from hsm.testing.generation.goals import goals_of, shown, title_of
 from hsm.testing.mutation.mutating import mutants, structural, survey
 from hsm.testing.proofs.proving import check
 from hsm.testing.proofs.verdicts import NO_FAULT
 from hsm.testing.scenarios.reading import parse_suite
-from hsm.testing.scenarios.running import run_suite
+from hsm.testing.scenarios.running import run_scenario, run_suite
+from hsm.testing.scenarios.scenarios import Stimulus
+from hsm.testing.scenarios.script import scripted_machine
 from hsm.testing.scenarios.writing import Writer
 from maze_machine.cli import app
 
@@ -101,6 +107,113 @@ def test_generation_gives_the_same_twice(machine_of):
     assert generate(machine_of(TEXTS["counter"])) == generate(machine_of(TEXTS["counter"]))
 
 
+TWO_REGIONS = """
+event go, back
+initial both
+parallel both
+    state one
+        initial a
+        state a
+            when space.left and ahead < 1 m -> b
+            on go                           -> c
+        state b
+            do rotate(90 deg)
+            on done -> a
+            after 2 s -> c
+        state c
+            when not space.left -> a
+    state other
+        initial d
+        state d
+            when space.right -> e
+        state e
+            do ring()
+            on back -> d
+"""
+
+UNRELATED = {
+    "a comment": ("event go, back", "# Nothing changes.\nevent go, back"),
+    "a parameter": ("event go, back", "param unused : time = 3 s\nevent go, back"),
+    "a variable": ("event go, back", "var unused : int = 0\nevent go, back"),
+    "a transition": ("            on back -> d\n", "            on back -> d\n            when space.front -> d\n"),
+    "a state": (
+        "            on back -> d\n",
+        "            on back -> d\n            on go -> f\n        state f\n            on back -> e\n",
+    ),
+    "a threshold": ("when space.right -> e", "when space.right and tilt < 3 deg -> e"),
+}
+
+
+def texts_of(machine):
+    """The scenarios that are generated for a machine, each with its text by its title."""
+    writer = Writer(machine.model)
+    return {one.name: "\n".join(writer.scenario(one)) for one in generate(machine).scenarios}
+
+
+@pytest.mark.parametrize("change", UNRELATED.values(), ids=list(UNRELATED))
+def test_scenarios_stay_as_they_are_when_other_lines_change(change, machine_of):
+    before, after = texts_of(machine_of(TWO_REGIONS)), texts_of(machine_of(TWO_REGIONS.replace(*change)))
+    mine = [title for title in before if re.search(r"\b[abc]\b[: ]", title)]
+    assert len(mine) > 8
+    assert [title for title in mine if after.get(title) != before[title]] == []
+
+
+def test_scenarios_mention_only_what_matters_for_what_they_try(machine_of):
+    found = texts_of(machine_of(TWO_REGIONS))
+    taken = found["take a: when space.left and ahead < 1 m -> b"].partition("\n")[2]
+    assert "space.right" not in taken
+    assert "space.left" in taken
+    assert "ahead" not in taken  # zero is what it is anyway
+    assert not any("space.left" in text for title, text in found.items() if title.startswith(("take d", "take e")))
+
+
+@pytest.mark.parametrize("text", [*TEXTS.values(), TWO_REGIONS], ids=[*TEXTS, "two regions"])
+def test_no_input_of_a_scenario_can_be_left_out(text, machine_of):
+    machine = machine_of(text)
+    kinds = {one.kind for one in mutants(machine.model)}
+    for one in generate(machine).scenarios:
+        if one.name.partition(":")[0] in kinds:  # only its mutant knows what it needs
+            continue
+        for index, step in enumerate(one.steps):
+            for key in step.signals if isinstance(step, Stimulus) else ():
+                left = {other: value for other, value in step.signals.items() if other != key}
+                if not (left or step.reports or step.events or step.after):
+                    continue
+                steps = [*one.steps[:index], replace(step, signals=left), *one.steps[index + 1 :]]
+                shorter = replace(one, steps=tuple(steps))
+                result = run_scenario(shorter, machine, 0.1)
+                reached = run_scenario(one, machine, 0.1).coverage
+                assert not result.passed or result.coverage != reached, (one.name, key)
+
+
+@pytest.mark.parametrize("text", [*TEXTS.values(), TWO_REGIONS], ids=[*TEXTS, "two regions"])
+def test_a_scenario_shows_what_its_title_names(text, machine_of):
+    machine = machine_of(text)
+    ready = scripted_machine(machine)
+    goals = {title_of(ready, goal): goal for goal in goals_of(ready)}
+    scenarios = generate(machine).scenarios
+    assert len({one.name for one in scenarios}) == len(scenarios)
+    assert not any(re.match(r"\d", one.name) for one in scenarios)
+    named = [(one, goal) for one in scenarios for title, goal in goals.items() if one.name == title]
+    assert len(named) > len(scenarios) / 3
+    for one, goal in named:
+        drivers = []
+        assert run_scenario(one, ready, 0.1, [drivers.append]).passed
+        assert shown(ready, goal, drivers[-1]), one.name
+
+
+def test_what_only_steps_without_time_reach_is_not_claimed(machine_of):
+    machine = machine_of(
+        "event go\nstate a\n    on go -> b\n    after 0.1 s -> a\nstate b\n    on go -> c\n"
+        "    after 0.05 s -> a\nstate c\n    after 1 s -> a\n"
+    )
+    found = generate(machine)
+    covered = {index for one in found.scenarios for index in run_scenario(one, machine, 0.1).coverage.states}
+    names = [one.text for one in found.unreached]
+    for state in machine.model.states[1:]:
+        assert state.index in covered or any(state.name in text for text in names)
+
+
 PROPERTIES = """
 property safe : never in(b) and in(c)
 property bound : always n < 3
@@ -152,7 +265,7 @@ def test_mutants_are_of_every_kind_and_differ_from_the_machine(walker):
     assert {one.kind for one in found} == {
         "dropped transition", "negated condition", "negated guard", "swapped targets", "dropped action",
         "shifted constant", "comparison", "logical operator", "wrong unit", "dropped guard", "swapped event",
-        "doubled time-out", "dropped activity", "wrong argument", "wrong initial state",
+        "doubled time-out", "dropped activity", "wrong argument", "wrong initial state", "boundary", "wrong activity",
     }  # fmt: skip
     assert all(one.model != walker.machine.model for one in found)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hsm.model.properties import Recurrence, Response, conditions_of
+from hsm.model.properties import Recurrence, Response
 from hsm.testing.proofs.automata import Automaton
 from hsm.testing.proofs.graph import Budget, Graph, events_of
 from hsm.testing.proofs.quotient import quotient
@@ -16,11 +16,8 @@ LONGEST = 100_000_000
 
 def built(machine):
     model = machine.model
-    conditions = [one for stated in model.properties for one in conditions_of(stated.claim)]
-    scopes = [machine.indices[one.scope] for one in model.properties if one.scope is not None]
-    graph = Graph(
-        machine, [one.default for one in model.parameters], conditions, scopes, events_of(model), precision=MIDDLE
-    )
+    defaults = [one.default for one in model.parameters]
+    graph = Graph(machine, defaults, model.properties, events_of(model), precision=MIDDLE)
     graph.build(Budget(20.0, 400))
     return graph
 

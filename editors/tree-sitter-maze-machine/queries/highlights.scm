@@ -3,7 +3,7 @@
 (comment) @comment @spell
 
 ["machine" "import"] @keyword.import @keyword.control.import
-["param" "var" "event" "enum" "define" "property" "expose" "state" "member" "parallel" "final"] @keyword.type @keyword.storage
+["param" "adjustable" "var" "event" "enum" "define" "property" "assume" "expose" "state" "member" "parallel" "final"] @keyword.type @keyword.storage
 ["do" "initial" "entry" "exit" "raise" "send" "cancel" "defer"] @keyword
 ["on" "when" "if" "else" "after" "every" "for" "within" "before" "stay"] @keyword.conditional @keyword.control.conditional
 ["never" "always" "eventually"] @keyword
@@ -42,6 +42,7 @@
 (cancel event: (name) @label)
 (definition name: (name) @function)
 (property name: (name) @label)
+(assumption name: (name) @label)
 (type) @type.builtin
 (call function: (name) @function.call @function)
 (named_argument name: (name) @variable.parameter)

@@ -183,7 +183,7 @@ def _align_declarations(texts: list[str], lines: Sequence[_Line], single: Sequen
             numbers = list(group)
             cells = [re.split(r" (?=[:=] )", texts[number], maxsplit=2) for number in numbers]
             for column in (0, 1):
-                width = max(len(row[column]) for row in cells)
+                width = max((len(row[column]) for row in cells if "," not in row[column]), default=0)
                 for row in cells:
                     if column + 1 < len(row):
                         row[column] = row[column].ljust(width)
@@ -209,7 +209,7 @@ def _apart(before: Token, token: Token, *, sign: bool) -> bool:
     """Whether a space belongs between two tokens; ``sign``: the first is a minus sign and no operator."""
     if token.type in ("COMMA", "RPAR") or before.type == "LPAR" or sign:
         return False
-    return not (token.type == "LPAR" and before.type == "NAME")
+    return not (token.type == "LPAR" and before.type in ("NAME", "ADJUSTABLE"))
 
 
 def _written(token: Token) -> str:

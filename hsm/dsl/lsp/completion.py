@@ -21,6 +21,7 @@ _SNIPPETS = {
     "param": "param ${1:name} : ${2:type} = ${0:value}",
     "var": "var ${1:name} : ${2:type} = ${0:value}",
     "property": "property ${1:name} : never ${0:condition}",
+    "assume": "assume ${1:name} : always ${0:condition}",
     "on": "on ${1:done} -> ${0:state}",
     "when": "when ${1:condition} -> ${0:state}",
     "after": "after ${1:1 s} -> ${0:state}",
@@ -61,8 +62,10 @@ def _possible(document: Document, before: str) -> Iterator[Entry]:
         yield from (Entry(name, SymbolKind.MACHINE) for name in names)
     elif first in ("param", "var", "event") and last == ":":
         yield from vocabulary.types(document)
-    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
-        return
+    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and (
+        "=" not in words or last.endswith(",")
+    ):
+        yield from [Entry("adjustable", SymbolKind.KEYWORD)] if first == "param" and last.endswith(",") else ()
     elif first == "state":
         yield from (vocabulary.instance(document, name) for name in document.table.imports)
     elif re.search(r"\d\s*$", before):

@@ -187,7 +187,7 @@ def declaration(document: Document, name: str) -> Span | None:
     states = [one for one in document.table.states if one == name or one.rpartition(".")[2] == name]
     if states:
         return _declared(document, states[0], (Role.STATE,))
-    own = _declared(document, name, (Role.VARIABLE, Role.PARAMETER, Role.EVENT))
+    own = _declared(document, name, (Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.PROPERTY))
     return own or _event(document, name) or _python(document, name)
 
 

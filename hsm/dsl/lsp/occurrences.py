@@ -73,6 +73,7 @@ _DECLARED = {
     ("StateBlock", "name"): Role.STATE,
     ("FinalLine", "name"): Role.STATE,
     ("PropertyLine", "name"): Role.PROPERTY,
+    ("AssumptionLine", "name"): Role.PROPERTY,
 }
 _NAMED = {
     ("ImportLine", "name"): Role.MACHINE,

@@ -259,7 +259,7 @@ class Behaviour:
         if found is None:
             return Raise(str(event), self.context.place(event), arguments)
         if not isinstance(found, Literal):
-            message = "the delay of an event must be constant"
+            message = "the delay of an event must be fixed, such as `3 s`: no parameter, variable or signal"
             self.context.report.add(
                 "E0303", found.place, message, "use a state with an `after` transition that raises the event"
             )

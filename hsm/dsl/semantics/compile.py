@@ -78,6 +78,7 @@ class _Compiler:
         behaviour: analyses the lines of states.
         instantiated: the machines that states are instances of.
         copied_properties: those of instances.
+        copied_assumptions: theirs.
     """
 
     context: Context
@@ -86,6 +87,7 @@ class _Compiler:
     behaviour: Behaviour
     instantiated: Names = field(default_factory=Names)
     copied_properties: list[Property] = field(default_factory=list)
+    copied_assumptions: list[Property] = field(default_factory=list)
 
     def run(self) -> CompilationUnit:
         """All stages."""
@@ -214,7 +216,8 @@ class _Compiler:
         for unit in self.machines.values():
             if unit is not None and unit.model is not None:
                 files.extend(name for name in unit.model.files if name not in files)
-        stated = self._properties(states)
+        stated = (*self._claims(ast.PropertyLine, states), *self.copied_properties)
+        assumed = (*self._claims(ast.AssumptionLine, states), *self.copied_assumptions)
         return Model(
             self.context.symbols.root.name,
             tuple(self._noting_outcomes(order, states)),
@@ -230,13 +233,15 @@ class _Compiler:
             event_data=tuple(self.declarations.data.values()),
             exposed=tuple(self.declarations.exposed),
             members=tuple(table.members()),
+            assumptions=assumed,
+            adjustable=tuple(self.declarations.adjustable.values()),
         )
 
-    def _properties(self, states: list[State]) -> tuple[Property, ...]:
-        """The properties of the machine and of its instances."""
+    def _claims(self, kind: type[ast.PropertyLine], states: list[State]) -> tuple[Property, ...]:
+        """What is stated in lines of one kind."""
         table = self.context.symbols
-        own = compile_properties(
-            (line for line in table.root.lines if isinstance(line, ast.PropertyLine)),
+        return compile_properties(
+            (line for line in table.root.lines if type(line) is kind),
             self.context.tree.lines,
             self.context.scope,
             states,
@@ -245,7 +250,6 @@ class _Compiler:
                 for names in (table.root.reported, table.entered, self.behaviour.performed, self.declarations.heard)
             ),
         )
-        return (*own, *self.copied_properties)
 
     def _find_machine(self, symbol: StateSymbol) -> None:
         if symbol.instance is None:
@@ -325,6 +329,7 @@ class _Compiler:
         )
         self.behaviour.transitions.extend(copied.transitions)
         self.copied_properties.extend(copied.properties)
+        self.copied_assumptions.extend(copied.assumptions)
         self._bind(symbol, symbol.model, copied)
         return [self._state(symbol, copied.root), *copied.states]
 

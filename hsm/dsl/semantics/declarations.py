@@ -9,6 +9,7 @@ from typing import cast
 
 from lark import Token
 
+from hsm.dsl.semantics import bounds
 from hsm.dsl.semantics.analysis import Unused
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.names import Names
@@ -17,7 +18,7 @@ from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.semantics.values import Declared, Definition
 from hsm.dsl.syntax import ast
 from hsm.engine.inputs import follow
-from hsm.model.chart import EventData, StateKind, Variable
+from hsm.model.chart import Adjustable, EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related
 from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.registry import EventField, Parameter
@@ -45,6 +46,7 @@ class Declarations:
         declared: those that it declares.
         sent: those that it sends to other machines.
         exposed: the variables that a machine which imports this one may read.
+        adjustable: the bounds of the parameters that an operator may change, by name.
     """
 
     context: Context
@@ -59,6 +61,7 @@ class Declarations:
     declared: set[str] = field(default_factory=set)
     sent: set[str] = field(default_factory=set)
     exposed: dict[str, None] = field(default_factory=dict)
+    adjustable: dict[str, Adjustable] = field(default_factory=dict)
     _unsent: dict[str, int] = field(default_factory=dict)
 
     def declare(self, imported: Iterable[EventData] = ()) -> None:
@@ -78,8 +81,11 @@ class Declarations:
                 self._declare_enumeration(line)
         for line in lines:
             match line:
-                case ast.ParameterLine(name, type_name, default):
+                case ast.ParameterLine(name, type_name, default, adjustable):
                     self._declare(name, type_name, default, constant=True)
+                    if adjustable is not None:
+                        declared = next((one for one in self.parameters if one.name == name), None)
+                        self.adjustable[str(name)] = bounds.adjustable(self.context, name, declared, adjustable)
                 case ast.VariableLine(name, type_name, initial):
                     self._declare(name, type_name, initial, constant=False)
                 case ast.EventLine(events):

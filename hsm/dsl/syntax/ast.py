@@ -139,12 +139,21 @@ class ImportLine:
 
 
 @dataclass(frozen=True, slots=True)
+class AdjustableSyntax:
+    """``adjustable`` or ``adjustable(LEAST, MOST)`` after a parameter."""
+
+    keyword: Token
+    bounds: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class ParameterLine:
-    """``param NAME : TYPE = VALUE``."""
+    """``param NAME : TYPE = VALUE, adjustable``."""
 
     name: Token
     type: Token
     default: Expression | None
+    adjustable: AdjustableSyntax | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,6 +338,11 @@ class PropertyLine:
     kind: str
     conditions: tuple[Expression, ...]
     within: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AssumptionLine(PropertyLine):
+    """``assume NAME : CLAIM``."""
 
 
 @dataclass(frozen=True, slots=True)

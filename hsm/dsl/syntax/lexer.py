@@ -17,7 +17,7 @@ STATEMENTS = frozenset(
     {
         *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
         *("do", "entry", "exit", "on", "when", "else", "after", "every", "stay", "property", "enum", "define"),
-        *("defer", "expose", "member"),
+        *("assume", "defer", "expose", "member"),
     }
 )
 """The words that a line may begin with."""
@@ -27,8 +27,16 @@ RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 
 _ACTIONS = frozenset({"cancel", "send"})
 
-IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for", "never", "when", "within"}
+IN_PLACE = frozenset(
+    {
+        *_ACTIONS,
+        *("adjustable", "after", "always", "before", "else", "eventually", "for", "never", "when", "within"),
+    }
+)
 """Words that are keywords only where no name fits."""
+
+_CLAIMING = frozenset({"assume", "property"})
+"""The beginnings of lines with a claim."""
 
 _ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
 """The beginnings of lines with actions, for which a slash outside brackets is the beginning of these."""
@@ -221,9 +229,11 @@ def _in_place(word: str, opening: str, depth: int, earlier: str, previous: str) 
         previous: the kind of the last token.
     """
     match word:
+        case "adjustable":
+            return opening == "param" and not depth and previous == "COMMA"
         case "else":
             return previous in _ENDS or previous == "_NL"
-        case "after" if opening != "property":
+        case "after" if opening not in _CLAIMING:
             return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
         case "for":
             return opening == "when" and not depth and previous in _ENDS
@@ -232,6 +242,6 @@ def _in_place(word: str, opening: str, depth: int, earlier: str, previous: str) 
         case "eventually":
             return previous == "ALWAYS"
         case "before" | "within":
-            return opening == "property" and not depth and previous in _ENDS
+            return opening in _CLAIMING and not depth and previous in _ENDS
         case _:  # what a claim begins with
-            return opening == "property" and previous == "COLON"
+            return opening in _CLAIMING and previous == "COLON"

@@ -45,7 +45,11 @@ class TreeBuilder:
         return ast.ImportLine(parts[0])
 
     def param(self, parts: list[Any]) -> ast.ParameterLine:
-        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None)
+        adjustable = parts.pop() if isinstance(parts[-1], ast.AdjustableSyntax) else None
+        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None, adjustable)
+
+    def adjustable(self, parts: list[Any]) -> ast.AdjustableSyntax:
+        return ast.AdjustableSyntax(parts[0], tuple(parts[1:-1]))
 
     def var(self, parts: list[Any]) -> ast.VariableLine:
         return ast.VariableLine(*parts)
@@ -131,14 +135,20 @@ class TreeBuilder:
         return ast.StayLine(*parts)
 
     def property(self, parts: list[Any]) -> ast.PropertyLine:
-        name, (keyword, *rest) = parts
+        return ast.PropertyLine(*self._stated(*parts))
+
+    def assume(self, parts: list[Any]) -> ast.AssumptionLine:
+        return ast.AssumptionLine(*self._stated(*parts))
+
+    def _stated(self, name: Token, claim: list[Any]) -> tuple[Any, ...]:
+        keyword, *rest = claim
         words = [one.type for one in rest if isinstance(one, Token) and one.type in _CLAIM_WORDS]
         operands = [one for one in rest if not (isinstance(one, Token) and one.type in _CLAIM_WORDS)]
         kind = keyword.value
         if "WITHIN" in words:
             kind = "recurrence" if "EVENTUALLY" in words else "response"
-            return ast.PropertyLine(name, keyword, kind, tuple(operands[:-1]), operands[-1])
-        return ast.PropertyLine(name, keyword, "precedence" if words else kind, tuple(operands))
+            return name, keyword, kind, tuple(operands[:-1]), operands[-1]
+        return name, keyword, "precedence" if words else kind, tuple(operands)
 
     def claim(self, parts: list[Any]) -> list[Any]:
         return parts

@@ -21,6 +21,8 @@ def read_text(path: str | Path) -> str:
         MachineError: it cannot be read, or is not text.
     """
     try:
+        if Path(path).is_fifo():  # opening one waits for a writer
+            raise _unreadable(path, "it is a pipe", "give the path of a file")
         with Path(path).open("rb") as file:  # not to the end: a device may have none
             content = file.read(_LARGEST + 1)
         if len(content) > _LARGEST:

@@ -22,6 +22,7 @@ _WORDS = {
     "RPAR": "`)`",
     "IF": "`if`",
     "WHEN": "`when`",
+    "ADJUSTABLE": "`adjustable`",
     "ARROW": "`->`",
     "SLASH": "`/`",
     "COMMA": "`,`",
@@ -131,6 +132,10 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
         return "a block needs no colon: indent its lines by four spaces"
     if word == "=" and first in ("var", "param") and len(before) == 2:
         return f"give its type: `{text} : int = ...`"
+    if word == "adjustable" and first == "param":
+        return "write a comma before it"
+    if word == "," and first == "var":
+        return "only a parameter can be `adjustable`: a variable belongs to the machine"
     if text == "final state":
         return "`final NAME` already declares a state: leave out `state`"
     if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:

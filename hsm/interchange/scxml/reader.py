@@ -62,6 +62,8 @@ def _content(path: Path) -> bytes:
         MachineError: it cannot be read.
     """
     try:
+        if path.is_fifo():  # opening one waits for a writer
+            raise MachineError([finding("E0902", None, f"{path} cannot be read: it is a pipe")])
         with path.open("rb") as file:  # not to the end: a device may have none
             text = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:

@@ -184,7 +184,7 @@ class _Search:
 
     def _told(self, title: str, visit: _Visit, name: str | None = None) -> Scenario | None:
         """The run as a scenario; None if it ends differently when each step takes a tick."""
-        watch, seen = property_watch(self._properties), list[str]()
+        watch, seen = property_watch(self._properties, self._machine.model.assumptions), list[str]()
 
         def look_at(driver: Driver) -> None:
             seen.extend(one for one in watch(driver) if one == name)

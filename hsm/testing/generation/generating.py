@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from heapq import heappop, heappush
 from itertools import islice
 from typing import Any
@@ -16,16 +17,17 @@ from hsm.model.unparse import expression_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import AskingRegions, ExploredMoment, ExploredStep, Explorer
 from hsm.testing.generation.distinguishing import distinguishing_steps
-from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
-from hsm.testing.mutation.mutating import survivors
+from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, owner_of, shown, title_of
+from hsm.testing.generation.recording import About, Minimiser, Shows, named, surroundings
+from hsm.testing.mutation.mutating import notice, structural
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.proving import examine
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions
-from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.replaying import replay
 from hsm.testing.scenarios.running import run_scenario
-from hsm.testing.scenarios.scenarios import Expectation, Scenario
+from hsm.testing.scenarios.scenarios import Scenario
 from hsm.testing.scenarios.script import scripted_machine
 from hsm.testing.scenarios.writing import Writer
 
@@ -33,6 +35,9 @@ Key = tuple[Any, ...]
 
 MOST_WAYS = 60
 """At most this many runs are tried to kill a mutant that survives all tests."""
+
+MOST_RUNS = 4
+"""At most this many runs are tried to show a goal."""
 
 MOST_TOLD = 10_000
 """At most this many steps are considered to find those runs."""
@@ -98,25 +103,99 @@ def generate(
     ready = scripted_machine(machine)
     search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=AskingRegions(ready)), parameters, steps)
     search.run()
-    writer = Writer(ready.model)
-    scenarios: list[Scenario] = []
+    writing = _Writing(ready, Writer(ready.model), tick)
+    writing.goals(search)
+    writing.mutants(search)
+    unreached = tuple(search.unreached(writing.unshown))
+    return Generated(writing.scenarios, unreached, len(search.parents), search.steps, search.complete)
 
-    def told(title: str, way: Sequence[ExploredStep]) -> Scenario | None:
-        name = f"{len(scenarios) + 1}: {title}"
-        found = replay(name, ready, [edge.input for edge in way], writer, tick=tick)
-        return None if found.fault else _trimmed(found.scenario)
 
-    for way, goals in search.chosen():
-        scenario = told(title_of(ready.model, goals[0]), way)
-        if scenario is not None:
-            scenarios.append(scenario)
-    for mutant in survivors(ready.model, scenarios, tick):
-        for way in islice(search.around(mutant), MOST_WAYS):
-            scenario = told(short(f"{mutant.kind}: {mutant.text}"), way)
-            if scenario is not None and not run_scenario(scenario, mutant.model, tick).passed:
-                scenarios.append(scenario)
-                break
-    return Generated(tuple(scenarios), tuple(search.unreached()), len(search.parents), search.steps, search.complete)
+@dataclass(slots=True)
+class _Writing:
+    """Writes scenarios from the runs of a search.
+
+    Which scenarios there are depends on one state at a time: what is written for a state stays when others change.
+
+    Attributes:
+        machine: the machine, scripted.
+        writer: words the expectations.
+        tick: seconds from one step to the next.
+        written: the scenarios, each with the state that it is about.
+        unshown: goals that are reached only if steps take no time.
+    """
+
+    machine: Machine
+    writer: Writer
+    tick: float
+    written: list[tuple[Scenario, int]] = field(default_factory=list)
+    unshown: list[Goal] = field(default_factory=list)
+
+    @property
+    def scenarios(self) -> tuple[Scenario, ...]:
+        """All of them, each with a title of its own."""
+        return tuple(named([one for one, _ in self.written], self.writer))
+
+    def goals(self, search: _Search) -> None:
+        """Scenarios for all goals that were reached: of each state those first that need the longest runs."""
+        by_owner: dict[int, list[Goal]] = {}
+        for goal in goals_of(self.machine):
+            compound = goal[0] == "state" and self.machine.model.states[int(str(goal[1]))].children
+            if goal in search.found and not compound:  # the states inside show that it is reached
+                by_owner.setdefault(owner_of(self.machine, goal), []).append(goal)
+        for owner, goals in sorted(by_owner.items()):
+            left = sorted(goals, key=lambda one: -len(search.ways(one)[0]))
+            own: list[Scenario] = []
+            while left:
+                goal = left.pop(0)
+                shows = partial(self._shows, goal)
+                ways = (self._smallest(title_of(self.machine, goal), way, owner, shows) for way in search.ways(goal))
+                scenario = next((one for one in ways if one is not None), None)
+                if scenario is None:
+                    self.unshown.append(goal)
+                    continue
+                own.append(scenario)
+                left = [one for one in left if not self._shown_by(scenario, one)]
+            self.written += [(one, owner) for one in reversed(own)]
+
+    def mutants(self, search: _Search) -> None:
+        """A scenario for each mutant that those of its own state do not kill."""
+        for mutant in structural(self.machine.model):
+            near = [one for one, owner in self.written if mutant.state in (0, owner)]
+            if notice(mutant, self.machine, near, self.tick):
+                continue
+            changed = scripted_machine(mutant.model)
+
+            def kills(scenario: Scenario, _driver: Driver, changed: Machine = changed) -> bool:
+                return not run_scenario(scenario, changed, self.tick).passed
+
+            title = f"{mutant.kind}: {mutant.text}"
+            for way in islice(search.around(mutant), MOST_WAYS):
+                scenario = self._smallest(title, way, mutant.state, kills)
+                if scenario is not None:
+                    self.written.append((scenario, mutant.state))
+                    break
+
+    def _shows(self, goal: Goal, _scenario: Scenario, driver: Driver) -> bool:
+        return shown(self.machine, goal, driver)
+
+    def _shown_by(self, scenario: Scenario, goal: Goal) -> bool:
+        """Whether a scenario happens to reach another goal as well."""
+        seen: list[Driver] = []
+        run_scenario(scenario, self.machine, self.tick, [seen.append])
+        return bool(seen) and shown(self.machine, goal, seen[-1])
+
+    def _smallest(self, title: str, way: Sequence[ExploredStep], state: int, shows: Shows) -> Scenario | None:
+        """The smallest scenario from a run that shows something; None if none does."""
+        found = replay(title, self.machine, [edge.input for edge in way], self.writer, tick=self.tick)
+        if found.fault:
+            return None
+        minimiser = Minimiser(self.machine, self.writer, self.tick)
+        near, everything = (surroundings(self.machine.model, one) for one in (state, 0))
+        for about in dict.fromkeys((About(near), About(everything), About(everything, values=True))):
+            scenario = minimiser.smallest(found.scenario, about, shows)
+            if scenario is not None:
+                return scenario
+        return None
 
 
 def _can_be(goal: Goal, machine: Machine, possible: Possible) -> bool:
@@ -146,7 +225,7 @@ class _Search:
     parameters: Mapping[str, Any] | None
     limit: int
     parents: dict[Key, tuple[Key | None, ExploredStep]] = field(default_factory=dict)
-    found: dict[Goal, tuple[Key | None, ExploredStep]] = field(default_factory=dict)
+    found: dict[Goal, list[tuple[Key | None, ExploredStep]]] = field(default_factory=dict)
     impossible: dict[Goal, str] = field(default_factory=dict)
     entering: dict[int, dict[Key | None, None]] = field(default_factory=dict)
     kinds: dict[tuple[int, ...], int] = field(default_factory=dict)
@@ -175,7 +254,9 @@ class _Search:
         if edge.fault is not None:
             return
         for goal in goals_on(self.machine, edge):
-            self.found.setdefault(goal, (source, edge))
+            known = self.found.setdefault(goal, [])
+            if len(known) < MOST_RUNS:
+                known.append((source, edge))
         for index in edge.entered:
             self.entering.setdefault(index, {})[source] = None
         key = edge.target.key()
@@ -224,26 +305,24 @@ class _Search:
             if key in entering or mutant.state in edge.target.state.configuration.active
         ]
 
-    def chosen(self) -> Iterator[tuple[list[ExploredStep], list[Goal]]]:
-        """Runs that together reach all reached goals: long ones first, since they cover many goals."""
-        wanted = [goal for goal in goals_of(self.machine) if goal in self.found]
-        ways = {goal: self.way(*self.found[goal]) for goal in wanted}
-        open_goals = set(wanted)
-        picked: list[tuple[list[ExploredStep], list[Goal]]] = []
-        for goal in sorted(wanted, key=lambda one: -len(ways[one])):
-            if goal in open_goals:
-                own = [one for edge in ways[goal] for one in goals_on(self.machine, edge) if one in open_goals]
-                open_goals.difference_update(own)
-                picked.append((ways[goal], [goal]))
-        yield from reversed(picked)
+    def ways(self, goal: Goal) -> list[list[ExploredStep]]:
+        """Some runs that reach a goal, first the one that was found first."""
+        return [self.way(*one) for one in self.found[goal]]
 
     # What was not found.
 
-    def unreached(self) -> Iterator[Unreached]:
-        """The unreached goals, each with the reason."""
+    def unreached(self, unshown: Sequence[Goal]) -> Iterator[Unreached]:
+        """The unreached goals, each with the reason.
+
+        Args:
+            unshown: those that no scenario shows, although a run reaches them.
+        """
         model = self.machine.model
         missed_goals = [goal for goal in goals_of(self.machine) if goal not in self.found]
         possible = self._possible() if missed_goals else None
+        for goal in unshown:
+            reason = "found only where several steps take no time, which a scenario cannot show"
+            yield Unreached(f"{title_of(self.machine, goal)}: not shown", reason, None, proved=False)
         for goal in missed_goals:
             self.proved = possible is not None and not _can_be(goal, self.machine, possible)
             match goal:
@@ -326,13 +405,3 @@ class _Search:
             if values:
                 told.append(f"{name} was {min(values):g} to {max(values):g}")
         return f" ({', '.join(told)})" if told else ""
-
-
-def _trimmed(scenario: Scenario) -> Scenario:
-    """The scenario without doubled expectations."""
-    steps = [
-        step
-        for index, step in enumerate(scenario.steps)
-        if not (isinstance(step, Expectation) and not step.claims and index)
-    ]
-    return Scenario(scenario.name, scenario.parameters, scenario.given, tuple(steps), scenario.place)

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
-from textwrap import shorten
 
 from hsm.engine.decisions import Decision
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Every, Model
+from hsm.model.chart import After, Every
 from hsm.model.topology import HISTORY
+from hsm.model.unparse import expression_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import ExploredStep
 from hsm.testing.exploration.feasible import guard_of, ruled_out
+from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.script import FAULT
 
 Goal = tuple[Hashable, ...]
 """Something to reach: ``("state", index)``, ``("transition", index)``, ``("path", index, path)``, ..."""
 
-_LONGEST = 100
+_ROUNDING = 1e-6
 
 
 def goals_of(machine: Machine) -> Iterator[Goal]:
@@ -93,22 +94,59 @@ def impossible_goals(machine: Machine) -> Iterator[tuple[Goal, str]]:
             yield goal, reason
 
 
-def title_of(model: Model, goal: Goal) -> str:
+def owner_of(machine: Machine, goal: Goal) -> int:
+    """The state that a goal belongs to, by index: the source of its transition, or the state that is entered."""
+    match goal:
+        case ("outcome", str(state), _):
+            return machine.indices[state]
+        case ("state" | "history", int(index), *_):
+            return index
+        case (_, int(index), *_):
+            return machine.model.transitions[index].source
+    return 0
+
+
+def shown(machine: Machine, goal: Goal, driver: Driver) -> bool:
+    """Whether a run that is over has reached a goal."""
+    coverage = driver.supervisor.coverage
+    match goal:
+        case ("state", int(index)):
+            return index in coverage.states
+        case ("history", int(index), bool(remembered)):
+            return (index, remembered) in coverage.history
+        case ("outcome", str(state), str(outcome)):
+            return (machine.indices[state], outcome) in coverage.outcomes
+        case ("transition", int(index)):
+            return index in coverage.transitions
+        case ("path", int(index), int(path)):
+            return path in coverage.guards.get(index, ())
+        case ("held", int(index), bool(held)):
+            decision = machine.generator.decision(index)
+            return any(decision.outcome(path) is held for path in coverage.guards.get(index, ()))
+        case ("early", int(index)):
+            near = (one.remaining for one in driver.last.considered if one.transition.index == index)
+            return any(one is not None and 0 < one <= driver.tick + _ROUNDING for one in near)
+    return False
+
+
+def title_of(machine: Machine, goal: Goal) -> str:
     """The title of a test that reaches a goal, without line numbers, which change with every comment."""
+    model = machine.model
     match goal:
         case ("state", int(index)):
             return f"reach {model.states[index].name}"
         case ("history", int(index), _):
             return f"return to {model.states[index].name}"
-        case ("transition" | "early" | "path" | "held" as kind, int(index), *_):
-            how = {"transition": "take", "early": "too early for", "path": "decide", "held": "decide"}[str(kind)]
-            return short(f"{how} {transition_text(model, model.transitions[index])}")
+        case ("path", int(index), int(path)):
+            decision = machine.generator.decision(index)
+            conditions = zip(decision.conditions, decision.values(path), strict=True)
+            values = [f"{expression_text(one)} is {str(held).lower()}" for one, held in conditions if held is not None]
+            return f"{transition_text(model, model.transitions[index])}: {', '.join(values)}"
+        case ("held", int(index), bool(held)):
+            return f"{transition_text(model, model.transitions[index])}: {str(held).lower()}"
+        case ("transition" | "early" as kind, int(index)):
+            how = {"transition": "take", "early": "too early for"}[str(kind)]
+            return f"{how} {transition_text(model, model.transitions[index])}"
         case ("outcome", state, outcome):
             return f"{state} reports {outcome}"
-        case _:
-            return " ".join(map(str, goal))
-
-
-def short(title: str) -> str:
-    """A title, cut where it is too long for a line."""
-    return shorten(title, _LONGEST, placeholder=" ...")
+    return " ".join(map(str, goal))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 from hsm.engine.coverage import Coverage
 from hsm.engine.decisions import decision_of
+from hsm.engine.machine import Machine
 from hsm.model.chart import Action, Model, State, Timed, Transition, When
 from hsm.model.expressions import Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
@@ -16,6 +17,7 @@ from hsm.model.types import BOOLEAN, Integer, Quantity
 from hsm.model.unparse import action_text, expression_text, value_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.feasible import guard_of
+from hsm.testing.mutation.equivalence import Equivalence
 from hsm.testing.mutation.operators import Mutant, in_expressions, in_states, in_transitions, written_parts
 from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Scenario, Suite
@@ -35,10 +37,14 @@ class Survey:
     Attributes:
         killed: how many were killed.
         survivors: the mutants that no test killed.
+        equivalent: those that no test can kill, which is proved; they do not count.
+        reached: how many scenarios come to each of the survivors, by its number.
     """
 
     killed: int
     survivors: tuple[Mutant, ...]
+    equivalent: tuple[Mutant, ...] = ()
+    reached: Mapping[int, int] = field(default_factory=dict, compare=False)
 
     @property
     def score(self) -> float:
@@ -62,18 +68,19 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
         for one in suite.scenarios
     ]
     killed = 0
-    survivors = []
+    survivors, equivalent, reached = list[Mutant](), list[Mutant](), dict[int, int]()
+    equivalence = Equivalence(machine)
     for mutant in (among or mutants)(model):
         mutated = scripted_machine(mutant.model)
-        if any(
-            not run_scenario(scenario, mutated, tick).passed
-            for scenario, tick, coverage in trials
-            if _reaches(coverage, mutant)
-        ):
+        reaching = [(scenario, tick) for scenario, tick, coverage in trials if _reaches(coverage, mutant)]
+        if any(not run_scenario(scenario, mutated, tick).passed for scenario, tick in reaching):
             killed += 1
+        elif equivalence.proved(mutant):
+            equivalent.append(mutant)
         else:
+            reached[len(survivors)] = len(reaching)
             survivors.append(mutant)
-    return Survey(killed, tuple(survivors))
+    return Survey(killed, tuple(survivors), tuple(equivalent), reached)
 
 
 def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
@@ -95,9 +102,21 @@ def _unmarked(transition: Transition) -> bool:
     )
 
 
-def survivors(model: Model, scenarios: Sequence[Scenario], tick: float) -> list[Mutant]:
-    """The structural mutants that no given scenario kills."""
-    return list(survey(model, [Suite("", model.name, tick, tuple(scenarios))], structural).survivors)
+def notice(mutant: Mutant, machine: Machine, scenarios: Sequence[Scenario], tick: float) -> bool:
+    """Whether some scenarios kill a mutant.
+
+    Args:
+        mutant: the mutant.
+        machine: the machine, scripted.
+        scenarios: they pass on the machine.
+        tick: seconds from one step to the next.
+    """
+    mutated = scripted_machine(mutant.model)
+    return any(
+        not run_scenario(one, mutated, tick).passed
+        for one in scenarios
+        if _reaches(run_scenario(one, machine, tick).coverage, mutant)
+    )
 
 
 def mutants(model: Model) -> Iterator[Mutant]:

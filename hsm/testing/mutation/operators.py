@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from hsm.model.chart import ActivityCall, After, Defer, Model, On, State, StateKind, Transition, Variable
@@ -15,7 +15,8 @@ from hsm.model.types import BOOLEAN, Enumeration, Quantity
 from hsm.model.unparse import expression_text
 from hsm.testing.coverage.items import transition_text
 
-_COMPARISONS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
+_BOUNDARIES = {"<": "<=", "<=": "<", ">": ">=", ">=": ">"}
+_COMPARISONS = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "!=", "!=": "=="}
 _LOGICAL = {"and": "or", "or": "and"}
 _DEGREE = math.pi / 180
 
@@ -30,7 +31,7 @@ class Mutant:
         place: where.
         model: the machine with the mistake.
         state: index of the state that it is in; 0 where it is in none.
-        transitions: indices of the transitions that it is in.
+        transitions: indices of the transitions that it is in; none where it may show without a look at them.
     """
 
     kind: str
@@ -42,7 +43,7 @@ class Mutant:
 
 
 def in_expressions(model: Model) -> Iterator[Mutant]:
-    """A comparison with or without its boundary, ``and`` for ``or``, a number in a smaller unit, a negated argument."""
+    """Another comparison, with or without its boundary; ``and`` for ``or``; a number in a smaller unit."""
     for node, (state, transitions) in written_parts(model).items():
         for kind, changed in (*_changes(node), *_other_parts(model, node)):
             text = f"{expression_text(node)} to {expression_text(changed)}"
@@ -57,6 +58,8 @@ def _changes(node: Expression) -> Iterator[tuple[str, Expression]]:
     match node:
         case Binary(operator) if operator in _COMPARISONS:
             yield "comparison", replace(node, operator=_COMPARISONS[operator])
+            if operator in _BOUNDARIES:
+                yield "boundary", replace(node, operator=_BOUNDARIES[operator])
         case Binary(operator) if operator in _LOGICAL and node.type == BOOLEAN:
             yield "logical operator", replace(node, operator=_LOGICAL[operator])
         case Choice(_, then, otherwise) if then.type == otherwise.type:
@@ -110,7 +113,9 @@ def in_transitions(model: Model) -> Iterator[Mutant]:
             transitions = list(model.transitions)
             transitions[one.index] = changed
             mutated = replace(model, transitions=tuple(transitions))
-            yield Mutant(kind, transition_text(model, one), one.place, mutated, one.source, (one.index,))
+            # A transition that hears other events may be taken where it was never looked at.
+            only = () if changed.trigger != one.trigger and isinstance(changed.trigger, On) else (one.index,)
+            yield Mutant(kind, transition_text(model, one), one.place, mutated, one.source, only)
 
 
 def _transition_changes(model: Model, transition: Transition) -> Iterator[tuple[str, Transition]]:
@@ -130,9 +135,10 @@ def _transition_changes(model: Model, transition: Transition) -> Iterator[tuple[
 
 
 def in_states(model: Model) -> Iterator[Mutant]:
-    """An activity left out or with another argument, another initial state, the other kind of history."""
+    """An activity left out, replaced or with another argument, another initial state, the other kind of history."""
+    calls = [state.activity for state in model.states if state.activity is not None]
     for state in model.states[1:]:
-        for kind, text, changed in _state_changes(model, state):
+        for kind, text, changed in (*_state_changes(model, state), *_other_activity(state, calls)):
             states = list(model.states)
             states[changed.index] = changed
             yield Mutant(kind, text, changed.place, replace(model, states=tuple(states)), changed.index)
@@ -156,6 +162,18 @@ def _state_changes(model: Model, state: State) -> Iterator[tuple[str, str, State
         deep = state.kind is StateKind.SHALLOW_HISTORY
         kind = StateKind.DEEP_HISTORY if deep else StateKind.SHALLOW_HISTORY
         yield "history kind", f"{state.name}: {kind.value}", replace(state, kind=kind)
+
+
+def _other_activity(state: State, calls: Sequence[ActivityCall]) -> Iterator[tuple[str, str, State]]:
+    """The activity of the next state that has another one."""
+    if state.activity is None:
+        return
+    own = state.activity.activity.name
+    at = next(number for number, one in enumerate(calls) if one is state.activity)
+    other = next((one for one in (*calls[at:], *calls[:at]) if one.activity.name != own), None)
+    if other is not None:
+        text = f"{state.name}: {own} to {other.activity.name}"
+        yield "wrong activity", text, replace(state, activity=other)
 
 
 def _other_argument(argument: Expression) -> Expression | None:

@@ -11,7 +11,7 @@ from hsm.model.expressions import Expression
 from hsm.model.properties import AlwaysHolds, Never, Precedence, Property, Recurrence, Response
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, Diagram
-from hsm.testing.proofs.graph import Edge
+from hsm.testing.proofs.points import Point
 from hsm.testing.proofs.values import Truth, Value
 
 
@@ -69,51 +69,51 @@ class Automaton:
     def _begun(self) -> Memory:
         return Memory.WAITING if isinstance(self.stated.claim, Recurrence) else Memory.NOTHING
 
-    def branches(self, memory: Memory, edge: Edge) -> Sequence[Branch]:
+    def branches(self, memory: Memory, point: Point, among: Diagram) -> Sequence[Branch]:
         """All ways to continue in a step.
 
         Args:
             memory: the memory before.
-            edge: the step.
+            point: the end of the step.
+            among: the signals that lead there.
         """
         if self._scope is not None:
-            if self._scope not in self._machine.configuration(edge.point.leaves).active:
-                return (Branch(Memory.OUTSIDE, edge.among),)
-            if memory is Memory.OUTSIDE or self._scope in edge.point.entered:
-                found = self._branches(self._begun(), edge, again=True)
+            if self._scope not in self._machine.configuration(point.leaves).active:
+                return (Branch(Memory.OUTSIDE, among),)
+            if memory is Memory.OUTSIDE or self._scope in point.entered:
+                found = self._branches(self._begun(), point, among, again=True)
                 return [one for one in found if one.among != FALSE]
-        return [one for one in self._branches(memory, edge, again=False) if one.among != FALSE]
+        return [one for one in self._branches(memory, point, among, again=False) if one.among != FALSE]
 
-    def _branches(self, memory: Memory, edge: Edge, *, again: bool) -> Sequence[Branch]:
+    def _branches(self, memory: Memory, point: Point, among: Diagram, *, again: bool) -> Sequence[Branch]:
         both, without = self._diagrams.both, self._diagrams.without
-        among = edge.among
         match self.stated.claim:
             case Never(condition):
-                wrong = both(among, self._truth(condition, edge).true)
+                wrong = both(among, self._truth(condition, point).true)
                 return (
                     Branch(Memory.NOTHING, wrong, violated=True),
                     Branch(Memory.NOTHING, without(among, wrong)),
                 )
             case AlwaysHolds(condition):
-                wrong = both(among, self._truth(condition, edge).false)
+                wrong = both(among, self._truth(condition, point).false)
                 return (
                     Branch(Memory.NOTHING, wrong, violated=True),
                     Branch(Memory.NOTHING, without(among, wrong)),
                 )
             case Precedence(trigger, first, then):
-                armed = among if memory is Memory.ARMED else both(among, self._truth(trigger, edge).true)
-                waits = without(armed, self._truth(first, edge).true)
-                wrong = both(waits, self._truth(then, edge).true)
+                armed = among if memory is Memory.ARMED else both(among, self._truth(trigger, point).true)
+                waits = without(armed, self._truth(first, point).true)
+                wrong = both(waits, self._truth(then, point).true)
                 return (
                     Branch(Memory.ARMED, wrong, violated=True),
                     Branch(Memory.ARMED, without(waits, wrong)),
                     Branch(Memory.NOTHING, without(among, waits)),
                 )
             case Recurrence(condition, within):
-                return self._recurrence(among, self._truth(condition, edge), _nanoseconds(within), again=again)
+                return self._recurrence(among, self._truth(condition, point), _nanoseconds(within), again=again)
             case Response(trigger, response, within):
                 limit = _nanoseconds(within)
-                answered = self._truth(response, edge).true
+                answered = self._truth(response, point).true
                 if memory is Memory.WAITING:
                     answer, waits = both(among, answered), without(among, answered)
                     return (
@@ -122,19 +122,19 @@ class Automaton:
                         Branch(Memory.WAITING, waits, most=limit - 1),
                         Branch(Memory.NOTHING, waits, violated=True, least=limit),
                     )
-                asked = without(both(among, self._truth(trigger, edge).true), answered)
+                asked = without(both(among, self._truth(trigger, point).true), answered)
                 return (
                     Branch(Memory.NOTHING, without(among, asked)),
                     Branch(Memory.WAITING, asked, violated=limit <= 1, restarts=True),
                 )
 
-    def _truth(self, condition: Expression, edge: Edge) -> Truth:
+    def _truth(self, condition: Expression, point: Point) -> Truth:
         """Where a condition holds at the end of a step."""
-        key = (id(condition), edge.point.leaves, edge.point.values)
+        key = (id(condition), point.leaves, point.values)
         found = self._truths.get(key)
         if found is None:
-            active = self._machine.configuration(edge.point.leaves).active
-            found = self._truths[key] = self._evaluator.at(edge.point.values, active).truth(condition)
+            active = self._machine.configuration(point.leaves).active
+            found = self._truths[key] = self._evaluator.at(point.values, active).truth(condition)
         return found
 
     def _recurrence(self, among: Diagram, truth: Truth, limit: int, *, again: bool) -> Sequence[Branch]:

@@ -10,6 +10,7 @@ from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, S
 from hsm.model.types import BOOLEAN, Boolean, Quantity, Type
 from hsm.testing.proofs.diagrams import FALSE
 from hsm.testing.proofs.values import (
+    DEAD,
     NO,
     UNKNOWN,
     YES,
@@ -65,7 +66,10 @@ class Evaluator:
             case Literal(value):
                 return Exact.of(value)
             case VariableValue(name):
-                return self.values[self.slots[name]]
+                value = self.values[self.slots[name]]
+                if value is DEAD:  # a fault of ``liveness``, which may not become a false proof
+                    raise Undecided(f"`{name}` is read where it has no value")
+                return value
             case SignalValue():
                 arguments = tuple(map(self.value, expression.arguments))
                 return Derived(self.symbols.number("signal", (expression.signal.name, arguments), expression.type))
@@ -87,7 +91,7 @@ class Evaluator:
                 return Arithmetic(self.symbols).binary(operator, self.value(left), self.value(right), expression.type)
             case Choice(condition, then, otherwise):
                 return self._chosen(self.truth(condition), then, otherwise)
-        raise Undecided(f"an expression of a kind that proofs do not support: {type(expression).__name__}")
+        raise Undecided(f"an expression of a kind that proofs do not support ({expression.place})")
 
     def _chosen(self, condition: Truth, then: Expression, otherwise: Expression) -> Value:
         """A conditional value; only the chosen branch is evaluated."""

@@ -6,7 +6,7 @@ Zones (``zones``) decide later which of these are possible.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from time import process_time
@@ -14,19 +14,23 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Assign, Defer, Every, Held, Model, On, Send, When
+from hsm.model.chart import After, Always, Assign, Emit, Every, Held, Model, On, Raise, Send, When
 from hsm.model.expressions import Expression, Literal, VariableValue
+from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
+from hsm.testing.proofs.assumed import Assumed, Memories, is_deadline
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
+from hsm.testing.proofs.event_data import EventSymbols
+from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import FailingStep, Point, Timer
+from hsm.testing.proofs.points import FailingStep, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
-from hsm.testing.proofs.values import Exact, OneOf, Region, Symbols, Value
+from hsm.testing.proofs.values import Exact, OneOf, Region, Symbols, Undecided, Value
 from hsm.testing.proofs.zones import Clock
 
 NEVER = 1 << 60
@@ -45,6 +49,9 @@ class Location:
         values: the variables, as values or regions.
         acted: conditions that have held long enough, by transition.
         outcome: how the run ended, or None.
+        deferred: events that wait for another state.
+        pending: events that members have sent to one another; they arrive in the next step.
+        assumed: what is remembered of each assumption.
     """
 
     leaves: tuple[int, ...]
@@ -54,6 +61,9 @@ class Location:
     values: tuple[Kept, ...]
     acted: frozenset[int]
     outcome: str | None
+    deferred: Waiting = ()
+    pending: Waiting = ()
+    assumed: Memories = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,11 +126,11 @@ class Graph:
     Args:
         machine: the machine.
         parameters: their values, in order; ``FREE`` for one that may have any.
-        stated: conditions that are needed later.
-        scopes: states of which it is asked whether a step entered them.
+        stated: the properties that are decided on the graph.
         events: names that may come from outside.
         precision: how many exact values of variables are kept.
         not_a_number: whether signals may be NaN.
+        forgetful: whether what is not read again is left out.
 
     Attributes:
         locations: all of them, in the order in which they were found.
@@ -135,19 +145,22 @@ class Graph:
         self,
         machine: Machine,
         parameters: Sequence[Any],
-        stated: Sequence[Expression],
-        scopes: Sequence[int],
+        stated: Sequence[Property],
         events: Sequence[str],
         *,
         precision: Precision,
         not_a_number: bool = True,
+        forgetful: bool = True,
     ) -> None:
         self.machine = machine
         model = machine.model
         self.symbols = Symbols(not_a_number=not_a_number)
         names = machine.generator.own_variables
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
-        asked = [*_deciding(model), *stated]
+        claims = (*stated, *model.assumptions)
+        conditions = [condition for one in claims for condition in conditions_of(one.claim)]
+        scopes = frozenset(machine.indices[one.scope] for one in claims if one.scope is not None)
+        asked = [*deciding(model), *conditions]
         self.regions = Regions(
             self.symbols,
             types,
@@ -165,10 +178,17 @@ class Graph:
         self.evaluator = Evaluator(
             self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
         )
-        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], _constants(model), values)
+        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
-        microsteps = Microsteps(machine, self.evaluator, frozenset(scopes), self._duration)
-        self.stepper = Stepper(machine, self._selections, microsteps, events, self.regions.settled)
+        messages = EventSymbols(machine, self.symbols)
+        buried = Liveness(machine, claims).buried if forgetful else _nothing_buried
+        microsteps = Microsteps(
+            machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried
+        )
+        self.stepper = Stepper(
+            machine, self._selections, microsteps, messages=messages, events=events, settled=self.regions.settled
+        )
+        self._assumed = Assumed(machine, self.evaluator)
         self.locations: list[Location] = []
         self.edges: list[list[Edge]] = []
         self.initial: list[Edge] = []
@@ -181,13 +201,16 @@ class Graph:
         """Find all locations and steps, those near the start first.
 
         Raises:
-            Undecided: the machine has a feature that proofs do not support.
+            Undecided: the machine has a feature that proofs do not support, or assumptions that no run keeps to.
         """
-        quiet, heard = self.stepper.start(tuple(self.evaluator.values))
+        values = tuple(self.evaluator.values)
+        quiet, heard = self.stepper.start(values, self._assumed.signals(values))
         self.initial = list(self._edges(-1, frozenset(), quiet))
         self.initial += [replace(one, heard=True) for one in self._edges(-1, frozenset(), heard)]
         self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
         self.stepper.faults.clear()
+        if not self.initial and self.machine.model.assumptions and not self.faults:
+            raise Undecided("the assumptions exclude every run")
         done = 0
         while done < len(self.locations):
             if most_depth is not None and self.depth >= most_depth:
@@ -209,7 +232,10 @@ class Graph:
         """Where a step from a location begins when some time-outs come due in it."""
         location = self.locations[number]
         values, among = self.regions.opened(location.values)
-        timers = tuple(replace(one, due=True) if one.transition in due else one for one in location.timers)
+        among = self.symbols.diagrams.both(among, self._assumed.signals(values))
+        timers = tuple(
+            replace(one, due=True) if one.transition in due else one for one in location.timers if not is_deadline(one)
+        )
         point = Point(
             location.leaves,
             location.history,
@@ -218,6 +244,8 @@ class Graph:
             values,
             location.acted,
             outcome=location.outcome,
+            deferred=location.deferred,
+            pending=location.pending,
         )
         return point, among
 
@@ -238,22 +266,26 @@ class Graph:
     def _edges(
         self, source: int, due: frozenset[int], ends: Sequence[tuple[Point, Diagram]] | Iterator[tuple[Point, Diagram]]
     ) -> Iterator[Edge]:
-        for point, among in ends:
-            timers = tuple(replace(one, fresh=False, beats=False) for one in point.timers)
-            fresh = frozenset(one.clock for one in point.timers if one.fresh)
+        before = self._assumed.begin() if source < 0 else self.locations[source].assumed
+        for point, reaching in ends:
+            running = tuple(replace(one, fresh=False, beats=False) for one in point.timers)
+            begun = frozenset(one.clock for one in point.timers if one.fresh)
             beats = tuple(one for one in point.timers if one.beats)
-            for values, further in self.regions.closed(point.values, among):
-                if point.outcome is None:
-                    target = Location(point.leaves, point.history, point.over, timers, values, point.acted, None)
-                else:  # nothing follows
-                    target = Location(point.leaves, (), frozenset(), (), values, frozenset(), point.outcome)
-                yield Edge(source, self.number_of(target), due, fresh, beats, further, point)
+            for memories, restarted, among in self._assumed.after(before, point, reaching, first=source < 0):
+                timers = (*self._assumed.timers(memories), *running)
+                for values, further in self.regions.closed(point.values, among):
+                    if point.outcome is None:
+                        own = (point.leaves, point.history, point.over, timers, values, point.acted, None)
+                        target = Location(*own, point.deferred, point.pending, memories)
+                    else:  # nothing follows
+                        target = Location(point.leaves, (), frozenset(), (), values, frozenset(), point.outcome)
+                    yield Edge(source, self.number_of(target), due, begun | restarted, beats, further, point)
 
     def _patterns(self, location: Location) -> Iterator[frozenset[int]]:
         """Which time-outs may come due in one step: of those of one state the shorter ones first."""
         clocks: dict[Clock, dict[tuple[int, int], set[int]]] = {}
         for one in location.timers:
-            if not one.due:
+            if not one.due and not is_deadline(one):
                 clocks.setdefault(one.clock, {}).setdefault((one.least, one.most), set()).add(one.transition)
         choices: list[list[frozenset[int]]] = []
         for durations in clocks.values():
@@ -290,25 +322,36 @@ def unsupported(model: Model) -> str | None:
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Every | Held | Always):
             return f"a trigger of a kind that proofs do not support ({one.place})"
-        if isinstance(one.trigger, Defer):
-            return f"events that are deferred ({one.place})"
         if isinstance(one.trigger, On) and (one.trigger.prefix or ("*" in one.trigger.names and model.events is None)):
             return f"events that are matched by a pattern ({one.place})"
-        if isinstance(one.trigger, On) and any(model.data_of(name) is not None for name in one.trigger.names):
-            return f"events that carry something ({one.place})"
     for action in actions_of(model):
-        if isinstance(action, Send) and (action.message is not None or action.delay <= 0 or model.events is None):
-            return f"an event that is sent without a delay, or with data ({action.place})"
+        if isinstance(action, Send) and (action.delay <= 0 or model.events is None):
+            return f"an event that is sent without a delay ({action.place})"
     return None
 
 
 def events_of(model: Model) -> list[str]:
-    """The names that may come from outside, of those that some transition waits for; raised ones among them."""
+    """The names that may come from outside, of those that some transition waits for.
+
+    Raised ones are among them, but not what one member sends to another.
+    """
+    own = {name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers}
     waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
     names = dict.fromkeys(waited)
     if model.events is None:
         return list(names)
-    return [name for name in ([*names, *sorted(model.events)] if "*" in names else names) if name in model.events]
+    return [
+        name
+        for name in ([*names, *sorted(model.events)] if "*" in names else names)
+        if name in model.events and name not in own
+    ]
+
+
+def _nothing_buried(
+    _active: frozenset[int], values: tuple[Value, ...], history: Remembered
+) -> tuple[tuple[Value, ...], Remembered]:
+    """All values and all that is remembered."""
+    return values, history
 
 
 def _constants(model: Model) -> Iterator[tuple[str, Any]]:
@@ -319,7 +362,7 @@ def _constants(model: Model) -> Iterator[tuple[str, Any]]:
             yield name, value.value
 
 
-def _deciding(model: Model) -> Iterator[Expression]:
+def deciding(model: Model) -> Iterator[Expression]:
     """The expressions that influence what a machine does next."""
     for one in model.transitions:
         match one.trigger:
@@ -338,8 +381,13 @@ def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
     """The variables and parameters that some expressions depend on, by name, directly or indirectly."""
     given: dict[str, list[Expression]] = {one.name: [one.initial] for one in model.variables}
     for action in actions_of(model):
-        if isinstance(action, Assign):
-            given.setdefault(action.variable, []).append(action.value)
+        match action:
+            case Assign(variable, value):
+                given.setdefault(variable, []).append(value)
+            case Raise(event, _, arguments) | Send(event, arguments=arguments):
+                _give(given, model, [event], arguments)
+            case Emit(event, _, arguments, receivers):
+                _give(given, model, receivers, arguments)
     found: set[str] = set()
     pending = list(asked)
     while pending:
@@ -348,3 +396,13 @@ def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
                 found.add(part.name)
                 pending += given.get(part.name, ())
     return frozenset(found)
+
+
+def _give(
+    given: dict[str, list[Expression]], model: Model, events: Iterable[str], arguments: Sequence[Expression]
+) -> None:
+    """Note what some events carry, by the names under which transitions read it."""
+    for event in events:
+        declared = model.data_of(event)
+        for part, value in zip(() if declared is None else declared.fields, arguments, strict=False):
+            given.setdefault(f"{event}.{part.name}", []).append(value)

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 
-from hsm.engine.codegen import Block, Occasion
 from hsm.engine.configuration import Plan
+from hsm.engine.generated import Block, Occasion
 from hsm.engine.limits import within_limits
 from hsm.engine.machine import Machine
 from hsm.model.chart import Action, After, Assign, Call, Cancel, Emit, Every, Held, Model, Raise, Send
-from hsm.model.events import Event, StateEvent
+from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of
 from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.points import Point, Timer
-from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
+from hsm.testing.proofs.event_data import EventSymbols, with_waiting
+from hsm.testing.proofs.points import CarriedEvent, Point, Queued, Remembered, Timer, Waiting
+from hsm.testing.proofs.values import DEAD, UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
 from hsm.testing.proofs.zones import own_clock
 
 _SHORTEST = 0.6e-9
@@ -33,9 +34,12 @@ class Microsteps:
         evaluator: evaluates its expressions.
         scopes: states of which it matters whether they were entered.
         duration: the least and the greatest duration that a value represents, in nanoseconds.
+        messages: the events of the machine.
+        buried: takes active states, values and what is remembered; returns the last two without what is dead.
 
     Attributes:
-        sends: the events that are sent with a delay: the name, the delay in seconds, the label.
+        sends: the events that are sent with a delay: the event, its name, the delay in seconds, the label.
+        symbols: represent unknown values.
     """
 
     def __init__(
@@ -43,23 +47,30 @@ class Microsteps:
         machine: Machine,
         evaluator: Evaluator,
         scopes: frozenset[int],
+        *,
         duration: Callable[[Value], tuple[int, int]],
+        messages: EventSymbols,
+        buried: Callable[[frozenset[int], tuple[Value, ...], Remembered], tuple[tuple[Value, ...], Remembered]],
     ) -> None:
         self._machine = machine
         self._evaluator = evaluator
         self._diagrams = evaluator.symbols.diagrams
         self._scopes = scopes
         self._duration = duration
+        self._buried = buried
+        self._messages = messages
+        self.symbols = evaluator.symbols
         model = machine.model
         self._types: list[Type] = [one.type for one in model.parameters] + [one.type for one in model.variables]
         self._counters = counters(model)
         self.sends = list(dict.fromkeys(_sent(one) for one in actions_of(model) if isinstance(one, Send)))
 
-    def planned(self, point: Point, plan: Plan) -> tuple[Point, tuple[Event, ...], Diagram]:
+    def planned(self, point: Point, plan: Plan) -> tuple[Point, tuple[Queued, ...], Diagram]:
         """A microstep: where it leads, the events that it raises, and the signals for which nothing in it fails."""
         timers = [one for one in point.timers if one.transition not in plan.disarmed]
         values = list(point.values)
-        raised: list[Event] = []
+        raised: list[Queued] = []
+        pending = [point.pending]
         acted = point.acted.difference(plan.disarmed).union(plan.acted)
         possible = TRUE
         for item in plan.work:
@@ -72,19 +83,24 @@ class Microsteps:
             if block.enters:
                 possible = self._diagrams.both(possible, self._enter(block.state, values, timers, active))
             for action in block.actions:
-                possible = self._diagrams.both(possible, self._act(action, values, raised, timers, active))
+                further = self._act(action, values, raised=raised, pending=pending, timers=timers, active=active)
+                possible = self._diagrams.both(possible, further)
         history = dict(point.history)
         history.update(plan.remembered)
+        own = tuple(values[: len(self._types)])
+        kept, remembered = self._buried(plan.target.active, own, tuple(sorted(history.items())))
         return (
             Point(
                 plan.target.leaves,
-                tuple(sorted(history.items())),
+                remembered,
                 point.over.difference(plan.exited, plan.entered),
                 _ordered(timers),
-                tuple(values),
+                kept,
                 acted,
                 point.entered | self._scopes.intersection(plan.entered),
                 plan.outcome or point.outcome,
+                point.deferred,
+                pending[0],
             ),
             tuple(raised),
             possible,
@@ -135,7 +151,9 @@ class Microsteps:
         self,
         action: Action,
         values: list[Value],
-        raised: list[Event],
+        *,
+        raised: list[Queued],
+        pending: list[Waiting],
         timers: list[Timer],
         active: frozenset[int],
     ) -> Diagram:
@@ -143,25 +161,46 @@ class Microsteps:
         match action:
             case Assign(variable, expression):
                 slot = self._evaluator.slots[variable]
+                if variable in self._counters and values[slot] is DEAD and not _constant(expression):
+                    return TRUE  # what is not read again is not counted
                 values[slot] = self._evaluator.at(values, active).value(expression)
                 return self._held(values[slot], variable, self._types[slot])
             case Call() | Emit(receivers=()):
                 pass  # neither a robot's action nor an event for machines elsewhere changes this one
-            case Raise(event):
-                raised.append(event)
-            case Send(_, delay) if delay > 0:
+            case Raise(event, _, arguments):
+                given, possible = self._carried(event, arguments, values, active)
+                raised.append(CarriedEvent(event, given) if given else event)
+                return possible
+            case Emit(event, _, arguments, receivers):
+                given, possible = self._carried(event, arguments, values, active)
+                for name in receivers:
+                    pending[0] = with_waiting(pending[0], CarriedEvent(name, given) if given else name)
+                return possible
+            case Send(event, delay, arguments=arguments) if delay > 0:
+                _, possible = self._carried(event, arguments, values, active)
                 number = -1 - self.sends.index(_sent(action))
                 # Only the first of several pending events is followed; any may arrive at any time, as from outside.
                 if all(one.transition != number for one in timers):
                     least, most = self._duration(Exact.of(delay))
                     _begin(timers, Timer(number, least, most, own_clock(number), fresh=True))
+                return possible
             case Cancel(label):
                 timers[:] = [
-                    one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition][2] != label
+                    one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition][3] != label
                 ]
             case _:
-                raise Undecided(f"an action of a kind that proofs do not support: {type(action).__name__}")
+                raise Undecided(f"an action of a kind that proofs do not support ({action.place})")
         return TRUE
+
+    def _carried(
+        self, event: str, arguments: Sequence[Expression], values: Sequence[Value], active: frozenset[int]
+    ) -> tuple[tuple[Value, ...], Diagram]:
+        """What an event carries that is raised or sent, and the signals for which it can."""
+        evaluator = self._evaluator.at(values, active)
+        given, possible = tuple(map(evaluator.value, arguments)), TRUE
+        for value, kind in zip(given, self._messages.types(event), strict=False):
+            possible = self._diagrams.both(possible, self._held(value, "", kind))
+        return given, possible
 
     def _held(self, value: Value, name: str, kind: Type) -> Diagram:
         """Where a variable can hold a value: floats are finite, whole numbers have 63 bits."""
@@ -210,8 +249,10 @@ def _ordered(timers: list[Timer]) -> tuple[Timer, ...]:
     return tuple(sorted(timers, key=lambda one: one.transition))
 
 
-def _sent(send: Send) -> tuple[str, float, str | None]:
-    return send.event, send.delay, send.label
+def _sent(send: Send) -> tuple[str | CarriedEvent, str, float, str | None]:
+    """What arrives later: of its data what is constant; the rest may then be anything."""
+    given = tuple(Exact.of(one.value) if isinstance(one, Literal) else None for one in send.arguments)
+    return CarriedEvent(send.event, given) if given else send.event, send.event, send.delay, send.label
 
 
 def counters(model: Model) -> frozenset[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 from hsm.model.events import Event
@@ -34,6 +34,37 @@ class Timer:
     beats: bool = False
 
 
+Remembered = tuple[tuple[int, tuple[int, ...]], ...]
+"""What each history state remembers, by the number of its state."""
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedEvent:
+    """An event with its data.
+
+    Attributes:
+        name: the event's name.
+        values: what it carries, in the order of its declaration; None for a value that may be anything.
+    """
+
+    name: str
+    values: tuple[Value | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf:
+    """Events of some names, any number of them in any order."""
+
+    names: frozenset[str]
+
+
+Waiting = tuple[str | CarriedEvent | AnyOf, ...]
+"""Events that wait."""
+
+Queued = Event | CarriedEvent
+"""An event in the machine's own queue."""
+
+
 @dataclass(frozen=True, slots=True)
 class Point:
     """The position within a step.
@@ -47,25 +78,33 @@ class Point:
         acted: conditions that have held long enough, by transition: they wait until they are false.
         entered: the states that were entered in this step, as far as needed.
         outcome: how the run ended, or None.
+        deferred: events that wait for another state.
+        pending: events that members have sent to one another; they arrive in the next step.
     """
 
     leaves: tuple[int, ...]
-    history: tuple[tuple[int, tuple[int, ...]], ...]
+    history: Remembered
     over: frozenset[int]
     timers: tuple[Timer, ...]
     values: tuple[Value, ...]
     acted: frozenset[int] = frozenset()
     entered: frozenset[int] = frozenset()
     outcome: str | None = None
+    deferred: Waiting = ()
+    pending: Waiting = ()
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # Points are looked up many times, and each time all that is in them would be hashed.
         own = (self.leaves, self.history, self.over, self.timers, self.values, self.acted, self.entered, self.outcome)
-        object.__setattr__(self, "_hash", hash(own))
+        object.__setattr__(self, "_hash", hash((own, self.deferred, self.pending)))
 
     def __hash__(self) -> int:
         return self._hash
+
+    def with_values(self, values: tuple[Value, ...]) -> Point:
+        """The same with other values of the variables."""
+        return replace(self, values=values)
 
 
 class Part(IntEnum):
@@ -91,6 +130,9 @@ class Stage:
         left: those of them whose state was left in this step: what runs there now is another one.
         due: the time-outs that are due and have not been looked at.
         held: the conditions that are watched for some time and have not been looked at, by transition.
+        heard: the name of an event whose data is among the values: it is handled first; empty for none.
+        recalled: events that are handled before those of this part.
+        moved: whether a state was left or entered since deferred events were recalled; only where events are deferred.
     """
 
     part: Part
@@ -98,13 +140,19 @@ class Stage:
     left: frozenset[int] = frozenset()
     due: frozenset[int] = frozenset()
     held: tuple[int, ...] = ()
+    heard: str = ""
+    recalled: Waiting = ()
+    moved: bool = False
 
 
-Place = tuple[Stage, Point, tuple[Event, ...]]
+Place = tuple[Stage, Point, tuple[Queued, ...]]
 """A point with what comes next and the events that wait in the machine's own queue."""
 
 Label = tuple[str, str, str] | None
-"""An outcome (``report``, state, outcome) or an event (``event``, name, empty) that was heard, or None."""
+"""An outcome (``report``, state, outcome) or an event (``event``, name, empty) that was heard, or None.
+
+An event that waited is ``recalled`` where its number is not known.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,6 +72,20 @@ class Possible:
         )
 
 
+def united(several: Sequence[Possible]) -> Possible:
+    """What is possible in some slice of a machine."""
+    found = Possible()
+    for one in several:
+        found.states |= one.states
+        found.transitions |= one.transitions
+        found.outcomes |= one.outcomes
+        found.history |= one.history
+        found.untold |= one.untold
+        for transition, paths in one.guards.items():
+            found.guards.setdefault(transition, set()).update(paths)
+    return found
+
+
 def unreachable(model: Model, possible: Possible) -> frozenset[tuple[object, ...]]:
     """The keys of the items of a machine that no test can cover.
 

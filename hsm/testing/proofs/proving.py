@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hsm.engine.clock import nanoseconds
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model
-from hsm.model.properties import Property, conditions_of
+from hsm.model.properties import conditions_of
 from hsm.testing.exploration.violations import search
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider
 from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
-from hsm.testing.proofs.possible import Possible
+from hsm.testing.proofs.possible import Possible, united
 from hsm.testing.proofs.regions import COARSE, FINE, MIDDLE, Precision
+from hsm.testing.proofs.slices import Slice, slices
 from hsm.testing.proofs.values import TooMany, Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, PropertyVerdict, Status
 from hsm.testing.proofs.witness import Replayer
@@ -69,20 +70,40 @@ def examine(
     """The same as ``check``, and the reachable items of the machine; see there for the arguments."""
     ready = scripted_machine(machine)
     stated = [one for one in ready.model.properties if only is None or one.name in only]
-    proof = _Proof(ready, assumptions or Assumptions(), stated, depth, seconds)
-    verdicts = proof.verdicts(fault=only is None or NO_FAULT in only)
-    return Examination(verdicts, proof.possible)
+    fault = only is None or NO_FAULT in only
+    parts = slices(ready.model, stated)
+    proofs = [_Proof(ready, one, assumptions or Assumptions(), depth, seconds / len(parts)) for one in parts]
+    found: dict[str, PropertyVerdict] = {}
+    faults: list[PropertyVerdict] = []
+    for part, proof in zip(parts, proofs, strict=True):
+        for verdict in proof.verdicts(fault=fault and part.whole) if part.stated or fault else ():
+            if verdict.name == NO_FAULT:
+                faults.append(verdict)
+            else:
+                found[verdict.name] = verdict
+    verdicts = [found[one.name] for one in stated]
+    possible = [proof.possible for part, proof in zip(parts, proofs, strict=True) if part.whole]
+    known = [one for one in possible if one is not None]
+    return Examination(
+        [_together(faults), *verdicts] if faults else verdicts,
+        united(known) if known and len(known) == len(possible) else None,
+    )
+
+
+def _together(faults: Sequence[PropertyVerdict]) -> PropertyVerdict:
+    """The verdict on the steps of all slices of a machine."""
+    worst = min(faults, key=lambda one: (not one.violated, one.proved, one.depth))
+    return replace(worst, states=sum(one.states for one in faults)) if worst.proved else worst
 
 
 class _Proof:
-    """The decision task for one machine."""
+    """The decision task for one machine, or for a slice of it; runs are shown on the whole."""
 
-    def __init__(
-        self, machine: Machine, assumed: Assumptions, stated: Sequence[Property], depth: int | None, seconds: float
-    ) -> None:
-        self._machine = machine
+    def __init__(self, machine: Machine, part: Slice, assumed: Assumptions, depth: int | None, seconds: float) -> None:
+        self._whole = machine
+        self._machine = machine if part.model is machine.model else Machine(part.model)
         self._assumed = assumed
-        self._stated = stated
+        self._stated = part.stated
         self._depth = depth
         self.possible: Possible | None = None
         self._seconds = seconds
@@ -123,7 +144,7 @@ class _Proof:
         if len(values) < len(self._parameters):
             undecided = Status.UNDECIDED
             return {name: PropertyVerdict(name, text, undecided, reason=obstacle) for name, text in texts.items()}
-        searched = search(self._machine, values, tick=self._assumed.longest_tick)
+        searched = search(self._whole, values, tick=self._assumed.longest_tick)
         shown = {**searched.violations, **({} if searched.fault is None else {NO_FAULT: searched.fault})}
         reason = f"{obstacle}; {searched.extent}"
         return {
@@ -135,7 +156,7 @@ class _Proof:
 
     def _decide(self, graph: Graph, names: Sequence[str], found: dict[str, PropertyVerdict]) -> None:
         """Decide some properties; an earlier verdict stays if there is no better one."""
-        replayer = Replayer(graph, self._parameters, self._conditions, self._longest)
+        replayer = Replayer(self._whole, graph, self._parameters, self._conditions, self._longest)
         budget = Budget(self._seconds / 2, LOCATIONS)
         decider = Decider(graph, replayer, self._longest, budget, self._stated, asked=self._depth is not None)
         stated = {one.name: one for one in self._stated}
@@ -148,8 +169,7 @@ class _Proof:
         return Graph(
             self._machine,
             list(self._parameters.values()),
-            self._conditions,
-            [self._machine.indices[one.scope] for one in self._stated if one.scope is not None],
+            self._stated,
             events_of(self._machine.model),
             precision=precision,
             not_a_number=self._assumed.not_a_number,

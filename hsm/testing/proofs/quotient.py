@@ -96,7 +96,7 @@ def _effect(automaton: Automaton, edge: Edge) -> Hashable:
     """What a property makes of a step, whatever it remembers."""
     return tuple(
         frozenset((one.memory, one.violated, one.least, one.most, one.restarts) for one in branches)
-        for branches in (automaton.branches(memory, edge) for memory in Memory)
+        for branches in (automaton.branches(memory, edge.point, edge.among) for memory in Memory)
     )
 
 

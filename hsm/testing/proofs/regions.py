@@ -18,7 +18,7 @@ from hsm.model.types import Boolean, Enumeration, Integer, Type
 from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at
-from hsm.testing.proofs.values import Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
+from hsm.testing.proofs.values import DEAD, NOTHING, Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
 
 MARGIN = 1
 """The distance from the outermost thresholds within which whole numbers are kept exactly."""
@@ -131,7 +131,9 @@ class Regions:
         for part in comparisons:
             for name in {one.name for one in parts_of(part) if isinstance(one, VariableValue)}:
                 slot = evaluator.slots[name]
-                values = list(known)
+                if slot not in self._numbers:
+                    continue  # what an event carries
+                values = [*known, *(NOTHING for _ in range(len(evaluator.slots) - len(known)))]
                 values[slot] = Derived(self._numbers[slot])
                 try:
                     evaluator.at(values, frozenset()).value(part)
@@ -167,11 +169,19 @@ class Regions:
             ]
         return iter(ways)
 
-    def settled(self, values: tuple[Value, ...], among: Diagram) -> list[tuple[tuple[Value, ...], Diagram]]:
-        """Values within a step, with those that would grow without bound replaced by symbols for their regions."""
+    def settled(
+        self, values: tuple[Value, ...], among: Diagram, others: tuple[Value, ...]
+    ) -> list[tuple[tuple[Value, ...], Diagram]]:
+        """Values within a step, with those that would grow without bound replaced by symbols for their regions.
+
+        Args:
+            values: the variables, perhaps followed by the data of an event.
+            among: the signals.
+            others: what else is in use.
+        """
         growing = self._growing.get(values)
         if growing is None:
-            growing = [slot for slot, value in enumerate(values) if self._grows(slot, value)]
+            growing = [slot for slot, value in enumerate(values[: len(self._types)]) if self._grows(slot, value)]
             self._growing[values] = growing
         if not growing:
             return [(values, among)]
@@ -180,7 +190,7 @@ class Regions:
         for slot in growing:
             parted: list[tuple[list[Value], Diagram]] = []
             for chosen, condition in ways:
-                number = self._spare(slot, chosen)
+                number = self._spare(slot, (*chosen, *others))
                 for kept, added in self._options(slot, values[slot]):
                     further = both(condition, added)
                     stale = frozenset(one for one in diagrams.symbols(further) if number in self._symbols.within(one))
@@ -195,8 +205,8 @@ class Regions:
 
     def _grows(self, slot: int, value: Value) -> bool:
         match value:
-            case Derived(_, steps):
-                return len(steps) > MOST_OPERATIONS
+            case Derived(symbol, steps):
+                return len(steps) + self._symbols.nested(symbol) > MOST_OPERATIONS
             case OneOf(_, then, otherwise):
                 return value.depth > MOST_CHOICES or self._grows(slot, then) or self._grows(slot, otherwise)
         return isinstance(value, Exact) and not isinstance(self._options(slot, value)[0][0], Exact)
@@ -212,7 +222,9 @@ class Regions:
 
     def _options(self, slot: int, value: Value) -> list[tuple[Kept, Diagram]]:
         kind = self._types[slot]
-        if not self._relevant[slot] and value != Exact.of(None):
+        if value in (DEAD, NOTHING):
+            return [(value, TRUE)]
+        if not self._relevant[slot]:
             return [(self._single(Region(*held(kind)), kind), TRUE)]
         match value:
             case Exact(content):

@@ -121,7 +121,7 @@ class Search:
         """The first steps."""
         begun = self._automaton.begin()
         for edge in edges:
-            for branch in self._automaton.branches(begun, edge):
+            for branch in self._automaton.branches(begun, edge.point, edge.among):
                 zone = Zone.origin(self._clocks(edge.target, branch.memory)) if self.timed else None
                 visit = Visit(edge.target, branch.memory, zone, -1, edge, branch)
                 if branch.violated or (branch.least or 0) > 0:
@@ -182,7 +182,7 @@ class Search:
         if found is None:
             distinct: dict[Hashable, _Move] = {}
             for edge in self.graph.edges[location]:
-                for branch in self._automaton.branches(memory, edge):
+                for branch in self._automaton.branches(memory, edge.point, edge.among):
                     reset = frozenset((*edge.fresh, *((PROMISE,) if branch.restarts else ())))
                     move = _Move(edge, branch, reset, self._clocks(edge.target, branch.memory))
                     effect = (branch.memory, branch.least, branch.most, branch.restarts)

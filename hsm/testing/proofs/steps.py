@@ -10,14 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import Any
 
 from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
-from hsm.model.events import Event, StateEvent
+from hsm.model.events import StateEvent
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
+from hsm.testing.proofs.event_data import EventSymbols, carried, with_waiting
 from hsm.testing.proofs.microsteps import Microsteps
-from hsm.testing.proofs.points import ENDED, SETTLING, FailingStep, Label, Part, Place, Point, Stage
+from hsm.testing.proofs.points import (
+    ENDED,
+    SETTLING,
+    AnyOf,
+    CarriedEvent,
+    FailingStep,
+    Label,
+    Part,
+    Place,
+    Point,
+    Queued,
+    Stage,
+)
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.selections import Path as GuardPath
 from hsm.testing.proofs.selections import Selections
@@ -42,6 +56,7 @@ class _Way:
         label: what is heard.
         plan: the microstep that is done, or None.
         grows: whether a value there would grow without end.
+        fresh: symbols that represent something else from there on.
     """
 
     target: int
@@ -49,6 +64,24 @@ class _Way:
     label: Label
     plan: Plan | None = None
     grows: bool = False
+    fresh: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """How a place was reached.
+
+    Attributes:
+        place: from where.
+        label: what is heard.
+        among: the signals for which it is.
+        fresh: symbols that represent something else from there on.
+    """
+
+    place: Place
+    label: Label
+    among: Diagram
+    fresh: frozenset[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +117,14 @@ class Stepper:
         machine: the machine.
         selections: what fires.
         microsteps: does it.
+        messages: the events of the machine.
         events: names that may come from outside.
-        settled: replaces values that would grow without bound.
+        settled: replaces values that would grow without bound; the last argument are other values in use.
 
     Attributes:
         faults: steps that cannot be done.
         possible: what some step may exercise.
+        reached: the signals with which some step comes to each place, where this is asked for.
     """
 
     def __init__(
@@ -97,12 +132,15 @@ class Stepper:
         machine: Machine,
         selections: Selections,
         microsteps: Microsteps,
+        *,
+        messages: EventSymbols,
         events: Sequence[str],
-        settled: Callable[[tuple[Value, ...], Diagram], list[tuple[tuple[Value, ...], Diagram]]],
+        settled: Callable[[tuple[Value, ...], Diagram, tuple[Value, ...]], list[tuple[tuple[Value, ...], Diagram]]],
     ) -> None:
         self._machine = machine
         self._selections = selections
         self._microsteps = microsteps
+        self._messages = messages
         self._events = events
         self._settled = settled
         self._diagrams = selections.diagrams
@@ -111,9 +149,16 @@ class Stepper:
         self._expansions: dict[int, _Expansion] = {}
         self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
+        self.reached: dict[Place, Diagram] | None = None
 
-    def start(self, parameters: tuple[Value, ...]) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
+    def start(
+        self, parameters: tuple[Value, ...], given: Diagram
+    ) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
         """Entering the machine and the first step, which comes at the same time.
+
+        Args:
+            parameters: all values before the start.
+            given: the signals that are possible.
 
         Returns:
             All points at its end, and those that it comes to only where it hears an event from outside.
@@ -123,12 +168,16 @@ class Stepper:
         self.possible.take(plan)
         first, queue, possible = self._microsteps.planned(nowhere, plan)
         if possible != TRUE:
-            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), TRUE)
+            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), given)
+        possible = self._diagrams.both(possible, given)
         quiet, hearing = dict[Place, Diagram](), dict[Place, Diagram]()
         for point, among in self._run({(SETTLING, first, queue): possible}):
-            stages = [ENDED] if point.outcome is not None else [Stage(Part.TIME_OUTS, due=one) for one in _due(point)]
-            for begun, begins in ((quiet, stages), (hearing, [Stage(Part.OUTSIDE)])):
-                for place in ((stage, point, ()) for stage in begins):
+            arrived, left = point.pending, replace(point, pending=())
+            stages = [Stage(Part.TIME_OUTS, due=one, recalled=arrived) for one in _due(point)]
+            if point.outcome is not None:
+                stages = [ENDED]
+            for begun, begins in ((quiet, stages), (hearing, [Stage(Part.OUTSIDE, recalled=arrived)])):
+                for place in ((stage, left, ()) for stage in begins):
                     begun[place] = self._diagrams.either(begun.get(place, FALSE), among)
         ends = self._run(quiet)
         known = dict(ends)
@@ -136,7 +185,7 @@ class Stepper:
         return ends, [(point, among) for point, among in heard if among != FALSE]
 
     def step(
-        self, point: Point, among: Diagram, parents: dict[Place, tuple[Place, Label]] | None = None
+        self, point: Point, among: Diagram, parents: dict[Place, Origin] | None = None
     ) -> list[tuple[Point, Diagram]]:
         """All points at the end of a step, each with the signals for which it comes there.
 
@@ -149,10 +198,22 @@ class Stepper:
             return []
         configuration = self._machine.configuration(point.leaves)
         running = tuple(one for one in configuration.activities if one not in point.over)
-        return self._run({(Stage(Part.ARRIVALS, running), point, ()): among}, parents)
+        begun = Stage(Part.ARRIVALS, running, recalled=point.pending)
+        return self._run({(begun, replace(point, pending=()), ()): among}, parents)
+
+    def event_text(self, place: Place, carried: Mapping[int, Any]) -> str:
+        """The event that is handled at a place, as a text.
+
+        Args:
+            place: with the event's data among its values.
+            carried: the values of the symbols that represent it.
+        """
+        _, event = self._messages.closed(place[1], place[0].heard)
+        assert isinstance(event, CarriedEvent), "only data has symbols"
+        return self._messages.text(event, carried)
 
     def _run(
-        self, begin: Mapping[Place, Diagram], parents: dict[Place, tuple[Place, Label]] | None = None
+        self, begin: Mapping[Place, Diagram], parents: dict[Place, Origin] | None = None
     ) -> list[tuple[Point, Diagram]]:
         """Follow all courses from some places to their ends."""
         either, without = self._diagrams.either, self._diagrams.without
@@ -173,14 +234,18 @@ class Stepper:
             if self._places[number][0] == ENDED:
                 ends[number] = seen[number]
                 continue
-            for target, further, label in self._onward(number, fresh):
+            for target, further, way in self._onward(number, fresh):
                 if parents is not None and target not in seen and target not in pending and target not in first:
-                    parents[self._places[target]] = (self._places[number], label)
+                    parents[self._places[target]] = Origin(self._places[number], way.label, way.among, way.fresh)
                 pending[target] = either(pending.get(target, FALSE), further)
-                if label is None:
+                if way.label is None:
                     onward = ways.setdefault(number, {})
                     onward[target] = either(onward.get(target, FALSE), further)
         self.faults += [FailingStep(self._places[one], among, None) for one, among in self._spinning(ways)]
+        if self.reached is not None:
+            for number, among in seen.items():
+                place = self._places[number]
+                self.reached[place] = either(self.reached.get(place, FALSE), among)
         return [(self._places[number][1], among) for number, among in ends.items()]
 
     def _number(self, place: Place) -> int:
@@ -207,7 +272,7 @@ class Stepper:
                     alive[place], changed = left, True
         return ((place, among) for place, among in alive.items() if among != FALSE)
 
-    def _onward(self, number: int, among: Diagram) -> Iterator[tuple[int, Diagram, Label]]:
+    def _onward(self, number: int, among: Diagram) -> Iterator[tuple[int, Diagram, _Way]]:
         """The successors of a place for some signals; values that would grow without bound are replaced."""
         both = self._diagrams.both
         expansion = self._expansion(number)
@@ -216,17 +281,25 @@ class Stepper:
         for failing in expansion.failing:
             self._fail(self._places[number], failing, among)
         for way in expansion.ways:
-            further = both(among, way.among)
+            further = both(self.released(among, way.fresh), way.among)
             if further == FALSE:
                 continue
             if way.plan is not None:
                 self.possible.take(way.plan)
             if way.grows:
                 stage, point, queue = self._places[way.target]
-                for values, part in self._settled(point.values, further):
-                    yield self._number((stage, replace(point, values=values), queue)), part, way.label
+                for values, part in self._settled(point.values, further, carried(queue)):
+                    yield self._number((stage, point.with_values(values), queue)), part, way
             else:
-                yield way.target, further, way.label
+                yield way.target, further, way
+
+    def released(self, among: Diagram, fresh: frozenset[int]) -> Diagram:
+        """Signals without what is known of symbols that represent something else from now on."""
+        if not fresh:
+            return among
+        within = self._microsteps.symbols.within
+        stale = frozenset(one for one in self._diagrams.symbols(among) if not fresh.isdisjoint(within(one)))
+        return self._diagrams.without_symbols(among, stale)
 
     def _expansion(self, number: int) -> _Expansion:
         """The successors of a place, computed once for all signals."""
@@ -237,7 +310,7 @@ class Stepper:
             for way in self._all_ways(place, found):
                 if way.among != FALSE:
                     target = self._places[way.target][1].values
-                    found.ways.append(replace(way, grows=self._settled(target, TRUE)[0][0] is not target))
+                    found.ways.append(replace(way, grows=self._settled(target, TRUE, ())[0][0] is not target))
         return found
 
     def _fail(self, place: Place, failing: _Failing, among: Diagram) -> None:
@@ -249,14 +322,24 @@ class Stepper:
             if self._selections.handling & {state for one in failing.states for state in topology.up(one)}:
                 self._selections.failures[failing.obstacle] = None
 
-    def _way(self, place: Place, among: Diagram, label: Label = None, plan: Plan | None = None) -> _Way:
-        return _Way(self._number(place), among, label, plan)
+    def _way(
+        self,
+        place: Place,
+        among: Diagram,
+        label: Label = None,
+        plan: Plan | None = None,
+        fresh: frozenset[int] = frozenset(),
+    ) -> _Way:
+        return _Way(self._number(place), among, label, plan, fresh=fresh)
 
     def _all_ways(self, place: Place, found: _Expansion) -> Iterator[_Way]:
         """The successors of a place: first reactions without input, then the next part of the step."""
         stage, point, queue = place
         if point.outcome is not None:
             yield self._way((ENDED, point, ()), TRUE)
+            return
+        if stage.heard:
+            yield from self._handled(found, place, TRUE)
             return
         configuration = self._machine.configuration(point.leaves)
         rest = TRUE
@@ -269,6 +352,13 @@ class Stepper:
             return
         if queue:
             yield from self._heard(found, (stage, point, queue[1:]), queue[0], rest, None)
+            return
+        if stage.moved:
+            recalled = (*point.deferred, *stage.recalled)
+            yield self._way((replace(stage, moved=False, recalled=recalled), replace(point, deferred=()), ()), rest)
+            return
+        if stage.recalled:
+            yield from self._recalled(found, stage, point, rest)
             return
         yield from self._next(found, stage, point, rest)
 
@@ -297,7 +387,7 @@ class Stepper:
         for one in arriving:
             left = replace(point, timers=tuple(other for other in point.timers if other is not one))
             yield from self._heard(found, (stage, left, ()), sends[-1 - one.transition][0], among, None)
-        for name in dict.fromkeys(one[0] for one in sends):
+        for name in dict.fromkeys(one[1] for one in sends):
             yield from self._heard(found, (stage, point, ()), name, among, ("event", name, ""))
         if not arriving:
             yield self._way((Stage(Part.REPORTS, stage.reports, stage.left), point, ()), among)
@@ -337,18 +427,47 @@ class Stepper:
                 label = ("report", declared.name, outcome)
                 yield from self._heard(found, (following, ended, ()), event, among, label)
 
-    def _heard(self, found: _Expansion, place: Place, event: Event, among: Diagram, label: Label) -> Iterator[_Way]:
-        """What an event leads to."""
-        point = place[1]
-        selector = self._machine.configuration(point.leaves).on(event)
+    def _recalled(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+        """The first event that was kept."""
+        first, *others = stage.recalled
+        left: Place = (replace(stage, recalled=tuple(others)), point, ())
+        if not isinstance(first, AnyOf):
+            yield from self._heard(found, left, first, among, None)
+            return
+        yield self._way(left, among)
+        for name in sorted(first.names):
+            yield from self._heard(found, (stage, point, ()), name, among, ("recalled", name, ""))
+
+    def _heard(self, found: _Expansion, place: Place, event: Queued, among: Diagram, label: Label) -> Iterator[_Way]:
+        """What an event leads to; one with data is handled at a place where that is among the variables."""
+        stage, point, queue = place
+        name = event.name if isinstance(event, CarriedEvent) else event
+        selector = self._machine.configuration(point.leaves).on(name)
         if selector is None:
             yield self._way(place, among, label)
+            return
+        opened, fresh = self._messages.opened(place, event)
+        if opened is not point and isinstance(name, str):
+            yield self._way((replace(stage, heard=name), opened, queue), among, label, fresh=fresh)
             return
         for picked, further in self._picked(found, selector, point, among, label=label):
             if picked is None:
                 yield self._way(place, further, label)
             else:
-                yield self._fired(found, place, picked, further, label)
+                yield self._fired(found, place, picked, further, label=label, event=name)
+
+    def _handled(self, found: _Expansion, place: Place, among: Diagram) -> Iterator[_Way]:
+        """What an event with data leads to."""
+        stage, point, queue = place
+        bare, event = self._messages.closed(point, stage.heard)
+        after = replace(stage, heard="")
+        selector = self._machine.configuration(point.leaves).on(stage.heard)
+        assert selector is not None, "nothing is handled that nothing waits for"
+        for picked, further in self._picked(found, selector, point, among):
+            if picked is None:
+                yield self._way((after, bare, queue), further)
+            else:
+                yield self._fired(found, (after, point, queue), picked, further, event=event)
 
     def _time_outs(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
         configuration = self._machine.configuration(point.leaves)
@@ -359,9 +478,7 @@ class Stepper:
             if picked is None:
                 yield self._way((Stage(Part.CONDITIONS), point, ()), further)
             else:
-                plan = self._machine.planner.plan(configuration, picked, dict(point.history))
-                left = Stage(Part.TIME_OUTS, due=stage.due.difference(plan.disarmed, plan.transitions))
-                yield self._fired(found, (left, point, ()), picked, further)
+                yield self._fired(found, (stage, point, ()), picked, further)
 
     def _conditions(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
         configuration = self._machine.configuration(point.leaves)
@@ -416,7 +533,16 @@ class Stepper:
                 yield picked, further
         found.failing.append(_Failing(among, label, (), ""))
 
-    def _fired(self, found: _Expansion, place: Place, picked: Picked, among: Diagram, label: Label = None) -> _Way:
+    def _fired(
+        self,
+        found: _Expansion,
+        place: Place,
+        picked: Picked,
+        among: Diagram,
+        *,
+        label: Label = None,
+        event: Queued | None = None,
+    ) -> _Way:
         """Take the selected transitions: the result, and the signals for which nothing fails."""
         stage, point, queue = place
         configuration = self._machine.configuration(point.leaves)
@@ -424,8 +550,14 @@ class Stepper:
         following, raised, possible = self._microsteps.planned(point, plan)
         further = self._diagrams.both(among, possible)
         found.failing.append(self._failing(plan, self._diagrams.without(among, possible), label))
+        if stage.due:
+            stage = replace(stage, due=stage.due.difference(plan.disarmed, plan.transitions))
         if stage.reports:
             stage = replace(stage, left=stage.left.union(plan.exited).intersection(stage.reports))
+        if self._messages.deferring and (plan.exited or plan.entered):
+            stage = replace(stage, moved=True)
+        if plan.kept and isinstance(event, str | CarriedEvent):
+            following = replace(following, deferred=with_waiting(following.deferred, event))
         return self._way((stage, following, (*queue, *raised)), further, label, plan)
 
     def _failing(self, plan: Plan, among: Diagram, label: Label) -> _Failing:

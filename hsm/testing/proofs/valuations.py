@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
@@ -69,6 +69,13 @@ class Valuations:
                 found[key] = value
         return found
 
+    def carried(self, assigned: Assigned, numbers: Iterable[int]) -> Assigned:
+        """What an event carries that is represented by some symbols."""
+        return {
+            number: assigned[number] if number in assigned else self._drawn(number, *self._limits(number, {}), {}, {})
+            for number in numbers
+        }
+
     def cube(self, assigned: Assigned) -> Diagram:
         """The one element of a set that has these values."""
         found = 1
@@ -89,7 +96,7 @@ class Valuations:
         at_random: bool,
     ) -> Assigned | None:
         found: Assigned = {}
-        for number in sorted(self._needed(box), key=lambda one: self._symbols[one].what == "signal"):
+        for number in sorted(self._needed(box), key=lambda one: self._symbols[one].what in ("signal", "event")):
             symbol = self._symbols[number]
             least, most = self._limits(number, box)
             if symbol.what == "variable" and not isinstance(symbol.key, str):
@@ -98,7 +105,7 @@ class Valuations:
                 value = variables.get(str(symbol.key))
                 if value is None:
                     return None
-            elif symbol.what == "signal":
+            elif symbol.what in ("signal", "event"):
                 value = self._drawn(number, least, most, variables, known, at_random=at_random)
             else:
                 continue
@@ -141,7 +148,7 @@ class Valuations:
         variables: Mapping[str, Any],
         known: Mapping[SignalKey, Any],
         *,
-        at_random: bool,
+        at_random: bool = False,
     ) -> Any:
         symbol = self._symbols[number]
         kind = symbol.type

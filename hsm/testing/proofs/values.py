@@ -120,6 +120,17 @@ Value = Exact | Derived | Truth | OneOf
 UNKNOWN = Truth(FALSE, FALSE)
 """A value that cannot be evaluated."""
 
+NOTHING = Exact.of(None)
+"""The value of a variable that has none yet."""
+
+
+class _NotReadAgain:
+    """The class of the value of a variable that is not read again."""
+
+
+DEAD = Exact(None, _NotReadAgain)
+"""The value of a variable that is not read again."""
+
 YES = Truth(TRUE, FALSE)
 NO = Truth(FALSE, TRUE)
 
@@ -131,9 +142,9 @@ class Symbol:
     """What a symbol represents.
 
     Attributes:
-        key: a signal with its arguments, a variable, or arithmetic; equal keys are one symbol.
+        key: a signal with its arguments, a variable, the data of an event, or arithmetic; equal keys are one symbol.
         type: of its values.
-        what: ``signal``, ``variable`` or ``arithmetic``.
+        what: ``signal``, ``variable``, ``event`` (what one from outside carries) or ``arithmetic``.
     """
 
     key: Hashable
@@ -182,6 +193,10 @@ class Symbols:
             found = self._inner[number] = frozenset((number, *self._symbols_in(self._symbols[number].key)))
         return found
 
+    def nested(self, number: int) -> int:
+        """How many operations on several symbols a symbol represents."""
+        return sum(self._symbols[one].what == "arithmetic" for one in self.within(number))
+
     def used(self, values: Sequence[Value]) -> frozenset[int]:
         """All symbols that some values depend on."""
         return frozenset(self._symbols_in(tuple(values)))
@@ -214,7 +229,7 @@ class Symbols:
     def domain(self, number: int) -> tuple[int, int]:
         """The least and the greatest ordinal of a symbol."""
         symbol = self._symbols[number]
-        if symbol.what == "variable" or (symbol.what == "signal" and isinstance(symbol.type, Integer)):
+        if symbol.what in ("variable", "event") or (symbol.what == "signal" and isinstance(symbol.type, Integer)):
             return held(symbol.type)
         return domain(symbol.type, not_a_number=self._not_a_number or symbol.what != "signal")
 

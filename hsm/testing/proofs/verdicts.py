@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 from hsm.engine.inputs import follow
-from hsm.model.chart import Model
+from hsm.model.chart import Defer, Model
 from hsm.model.expressions import VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import shown_text
@@ -80,8 +80,12 @@ class Assumptions:
             f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
             for name, value in self.values(model).items()
         )
+        names = ", ".join(one.parameter for one in model.adjustable)
         counting = sorted(counters(model))
         counted = [f"fewer than 2^32 changes of {', '.join(counting)}: no overflow"] if counting else []
+        told = ["what one member sends to another comes from it alone"] if model.members else []
+        kept = any(isinstance(one.trigger, Defer) for one in model.transitions)
+        deferring = ["no more than 1000 events are deferred at once"] if kept else []
         return [
             f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
             "each step: any signals, any outcomes of running activities, any sequence of events, including raised ones",
@@ -90,7 +94,11 @@ class Assumptions:
             "but not while it is stopped",
             f"parameters: {given}" if given else "no parameters",
             "a run from its start, neither restored nor reloaded; stamps below 2^32 s",
+            *([f"nobody adjusts {names} during the run"] if names else []),
+            *(f"{one.name}: {one.text}" for one in model.assumptions),
             *counted,
+            *told,
+            *deferring,
         ]
 
 

@@ -20,8 +20,9 @@ from hsm.testing.proofs.graph import FREE, Edge, Graph
 from hsm.testing.proofs.ordinals import ordinal
 from hsm.testing.proofs.points import ENDED, FailingStep, Label, Part, Place
 from hsm.testing.proofs.search import Visit
+from hsm.testing.proofs.steps import Origin
 from hsm.testing.proofs.timing import MARGIN, Schedule, first_solved
-from hsm.testing.proofs.valuations import Valuations, readable
+from hsm.testing.proofs.valuations import Assigned, Valuations, readable
 from hsm.testing.proofs.values import Exact
 from hsm.testing.proofs.zones import PROMISE
 from hsm.testing.scenarios.driver import TICK, Driver
@@ -60,17 +61,23 @@ class Replayer:
     """Makes runs of a machine from paths through its graph.
 
     Args:
-        graph: the graph.
+        machine: the machine.
+        graph: its graph, or that of a slice of it.
         parameters: of the machine, by name; ``FREE`` for one that may have any value.
         stated: conditions that a scenario may have to give signals for.
         longest_tick: in nanoseconds.
     """
 
     def __init__(
-        self, graph: Graph, parameters: Mapping[str, Any], stated: Sequence[Expression], longest_tick: int
+        self,
+        machine: Machine,
+        graph: Graph,
+        parameters: Mapping[str, Any],
+        stated: Sequence[Expression],
+        longest_tick: int,
     ) -> None:
         self._graph = graph
-        self._machine: Machine = graph.machine
+        self._machine = machine
         self._parameters = parameters
         self._writer = Writer(self._machine.model, stated)
         self._longest = longest_tick
@@ -216,7 +223,7 @@ class Replayer:
 
     def _again(self, scenario: Scenario, name: str) -> bool:
         """Whether a scenario, run in the normal way, violates a property."""
-        watch = property_watch(self._machine.model.properties)
+        watch = property_watch(self._machine.model.properties, self._machine.model.assumptions)
         seen: list[str] = []
 
         def note(driver: Driver) -> None:
@@ -234,7 +241,7 @@ class Replayer:
         *,
         failing: bool,
     ) -> Scenario | None:
-        watch = property_watch(self._machine.model.properties)
+        watch = property_watch(self._machine.model.properties, self._machine.model.assumptions)
         seen: list[str] = []
 
         def note(driver: Driver) -> None:
@@ -275,7 +282,7 @@ class Replayer:
         chosen = valuations.choose(tick.among, driver.variables, _known(driver))
         if chosen is None:
             return False
-        labels = self._labels(tick, valuations.cube(chosen))
+        labels = self._labels(tick, valuations, chosen, driver.variables)
         if labels is None:
             return False
         ended = [one for one in labels if one is not None and one[0] == "report"]
@@ -294,22 +301,43 @@ class Replayer:
             recorder.expect()
         return True
 
-    def _labels(self, tick: PlannedStep, cube: Diagram) -> list[Label] | None:
-        """The outcomes and events that lead to the end of a step, with these signals."""
+    def _labels(
+        self, tick: PlannedStep, valuations: Valuations, chosen: Assigned, variables: Mapping[str, Any]
+    ) -> list[Label] | None:
+        """The outcomes and events, with their data, that lead to the end of a step with these signals."""
+        symbols, stepper = self._graph.symbols, self._graph.stepper
         point, among = self._graph.begin(tick.edge.source, tick.edge.due)
-        among = self._graph.symbols.diagrams.both(among, cube)
+        cube = valuations.cube({one: value for one, value in chosen.items() if symbols[one].what != "event"})
+        among = symbols.diagrams.both(among, cube)
         if among == FALSE:
             return None
-        parents: dict[Place, tuple[Place, Label]] = {}
-        self._graph.stepper.step(point, among, parents)
-        labels: list[Label] = [tick.label]
+        parents: dict[Place, Origin] = {}
+        stepper.step(point, among, parents)
         place = tick.end
         if place not in parents and place[0].part is not Part.ARRIVALS:
             return None
+        # From the end back: the signals and data for which the rest of the way is possible.
+        left = symbols.diagrams.both(tick.among, cube)
+        way: list[tuple[Origin, Place, Diagram]] = []
         while place in parents:
-            place, label = parents[place]
+            origin = parents[place]
+            left = symbols.diagrams.both(left, origin.among)
+            way.append((origin, place, left))
+            left = stepper.released(left, origin.fresh)
+            place = origin.place
+        labels: list[Label] = []
+        for origin, reached, possible in reversed(way):
+            label = origin.label
+            if origin.fresh and label is not None and label[0] == "event":
+                cube = stepper.released(cube, origin.fresh)
+                found = valuations.choose(symbols.diagrams.both(possible, cube), variables, {})
+                if found is None:
+                    return None
+                carried = valuations.carried(found, origin.fresh)
+                cube = symbols.diagrams.both(cube, valuations.cube(carried))
+                label = ("event", stepper.event_text(reached, carried), "")
             labels.append(label)
-        return labels[::-1]
+        return [*labels, tick.label]
 
 
 def _known(driver: Driver) -> dict[tuple[str, tuple[Any, ...]], Any]:

@@ -23,10 +23,12 @@ from hsm.model.diagnostics import Place
 
 _WORDS = {
     "_NL": "the end of the line", "NAME": "a name", "NUMBER": "a number", "EQUALS": "`=`", "COMMA": "`,`",
+    "COVERS": "`covers`", "REQUIREMENT": "the name of a requirement",
     "REPORTS": "`reports`", "FAILS": "`fails`", "WITHIN": "`within`", "LPAR": "`(`", "RPAR": "`)`",
 }  # fmt: skip
 _BREAKS = re.compile(r"\n+")
-_BEGINNINGS = ("test", "tick", "scenario", "given", "when", "after", "expect")
+_BEGINNINGS = ("test", "tick", "requirement", "property", "scenario", "covers", "given", "when", "after", "expect")
+_OUTER = ("heading", "tick", "requirement", "covered", "scenario")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +107,7 @@ class _LineBuilder(TreeBuilder):
         return "within", tuple(parts)
 
 
-for _kind in ("heading", "tick", "scenario", "given", "step", "wait", "expect"):
+for _kind in (*_OUTER, "covers", "given", "step", "wait", "expect"):
     setattr(_LineBuilder, _kind, lambda _, parts, kind=_kind: (kind, tuple(parts)))
 
 
@@ -151,7 +153,7 @@ def _line(text: str, number: int, report: Report) -> ScenarioLine | None:
         _explain(error, text, place, report)
         return None
     kind, parts = found
-    if (column > 1) == (kind in ("heading", "tick", "scenario")):
+    if (column > 1) == (kind in _OUTER):
         wanted = "is indented under its scenario" if column == 1 else "begins at the margin"
         report.add("E0105", place, f"a line that begins with `{text.split(maxsplit=1)[0]}` {wanted}")
     return ScenarioLine(kind, parts, place)

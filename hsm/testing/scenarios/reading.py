@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
@@ -21,7 +22,7 @@ from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
 from hsm.model.members import library_of_members
-from hsm.model.messages import Occurrence
+from hsm.model.messages import Adjustment, Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
@@ -43,6 +44,7 @@ from hsm.testing.scenarios.scenarios import (
     InState,
     Performs,
     Raises,
+    Requirement,
     Scenario,
     Stimulus,
     Suite,
@@ -52,6 +54,8 @@ from hsm.testing.scenarios.unusual import unusual_value
 
 SUFFIX = ".maze-test"
 """The suffix of scenario files."""
+
+NAME_OF_REQUIREMENT = re.compile(r"[A-Za-z0-9][\w./-]*")
 
 _DURATION = Quantity(time=1)
 _NO_HEADING = "the first line must be `test`, with the machine's name"
@@ -205,21 +209,21 @@ class _Reader:
 
     def suite(self, lines: list[ScenarioLine]) -> Suite:
         """The whole file."""
-        if not lines or lines[0].kind != "heading":
-            place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
-            self.report.add("E0401", place, _NO_HEADING)
-        elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
-            name = lines[0].parts[0]
-            message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
-            self.report.add("E0208", place_of(self.report.file, name), message, f"write `test {self.model.name}`")
+        self._headed(lines)
         scenarios: list[Scenario] = []
         titles: set[str] = set()
+        requirements: dict[str, Requirement] = {}
+        covered: dict[str, dict[str, Place | None]] = {}
         for line in lines[1:]:
             match line.kind:
                 case "heading":
                     self.report.add("E0403", line.place, "a second `test`")
                 case "tick":
                     self.tick = self._tick(line.parts[0])
+                case "requirement":
+                    self._require(line, requirements)
+                case "covered":
+                    covered.setdefault(self._property(line.parts[0]), {}).update(self._covers(line.parts[1:]))
                 case "scenario":
                     name = str(line.parts[0]).strip()
                     if name in titles:
@@ -230,14 +234,56 @@ class _Reader:
                     self.report.add("E0402", line.place, "this line must follow a `scenario` line")
                 case _:
                     scenarios[-1] = self._extended(scenarios[-1], line)
-        if not scenarios and lines and lines[0].kind == "heading" and not self.report.found:
-            self.report.add("E0403", lines[0].place, "there is no scenario below this line", "add `scenario TITLE`")
         for one in scenarios:
             if not any(isinstance(step, Expectation) for step in one.steps):
                 self.report.add("E0403", one.place, f"scenario `{one.name}` expects nothing", "add a line `expect ...`")
-        return Suite(self.report.file, self.model.name, self.tick, tuple(scenarios))
+        if len(lines) == 1 and not self.report.found:
+            self.report.add("E0403", lines[0].place, "there is no scenario below this line", "add `scenario TITLE`")
+        stated = tuple(requirements.values())
+        return Suite(self.report.file, self.model.name, self.tick, tuple(scenarios), stated, covered)
+
+    def _headed(self, lines: list[ScenarioLine]) -> None:
+        """The first line names this machine."""
+        if not lines or lines[0].kind != "heading":
+            place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
+            self.report.add("E0401", place, _NO_HEADING)
+        elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
+            name = lines[0].parts[0]
+            message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
+            self.report.add("E0208", place_of(self.report.file, name), message, f"write `test {self.model.name}`")
+
+    def _require(self, line: ScenarioLine, known: dict[str, Requirement]) -> None:
+        """A requirement is stated: its name, then what is required."""
+        name, _, text = str(line.parts[0]).strip().partition(" ")
+        name = name.removesuffix(":")
+        if NAME_OF_REQUIREMENT.fullmatch(name) is None:
+            self.report.add("E0211", line.place, f"`{name}` cannot be the name of a requirement", "write it as in `R1`")
+        elif not text.strip():
+            message = f"requirement `{name}` has no text"
+            self.report.add("E0101", line.place, message, f"write what is required: `requirement {name} it stops`")
+        elif name in known:
+            self.report.add("E0209", line.place, f"requirement `{name}` is stated twice")
+        else:
+            known[name] = Requirement(name, text.strip(), line.place)
+
+    def _property(self, name: Token) -> str:
+        """The name of a property of the machine."""
+        known = [one.name for one in self.model.properties]
+        if str(name) not in known:
+            hint = self.report.guess(name, known)
+            self.report.add("E0202", self._span(name), f"the machine has no property `{name}`", hint.text)
+        return str(name)
+
+    def _covers(self, names: Sequence[Token]) -> dict[str, Place | None]:
+        """The requirements that something covers."""
+        return {str(one): self._span(one) for one in names}
 
     def _extended(self, scenario: Scenario, line: ScenarioLine) -> Scenario:
+        if line.kind == "covers":
+            if scenario.steps or scenario.given or scenario.parameters:
+                message = "`covers` must come directly below the scenario's title"
+                self.report.add("E0402", line.place, message, "move the line up")
+            return replace(scenario, covers={**scenario.covers, **self._covers(line.parts)})
         if line.kind == "given":
             if scenario.steps:
                 self.report.add("E0402", line.place, "`given` must come before the steps", "use `when`")
@@ -257,6 +303,8 @@ class _Reader:
         events: list[str] = []
         for part in line.parts[1 if line.kind == "step" else 2 :]:
             match part:
+                case Setting(subject=Token() as name) if self.model.adjustable_named(str(name)) is not None:
+                    events += self._adjustment(part, self.parameters[str(name)])
                 case Setting():
                     self._set(part, signals, None)
                 case Reporting(name, None) if str(name) in self.library.signals:
@@ -291,6 +339,18 @@ class _Reader:
             key = self._key(setting.subject, signal)
         if key is not None:
             signals[key] = value.value
+
+    def _adjustment(self, setting: Setting, declared: Parameter) -> list[str]:
+        """The new value of an adjustable parameter, as a text; nothing if it is invalid."""
+        place = self._span(name_of(setting.subject))
+        value = self._value(setting, declared, place)
+        if value is None:
+            return []
+        try:
+            return [event_text(self.model, Adjustment(declared.name, value.value))]
+        except ValueError as error:
+            self.report.add("E0301", place, str(error))
+            return []
 
     def _value(self, setting: Setting, declared: Parameter | SignalDeclaration, place: Place) -> Literal | None:
         if setting.value is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -88,6 +88,7 @@ class ScenarioRecorder:
         steps: what was taken down.
         seen: the last value of each variable.
         doing: what was being done after the last step.
+        about: the states that are recorded, by index; None for all.
     """
 
     machine: Machine
@@ -96,6 +97,7 @@ class ScenarioRecorder:
     steps: list[Stimulus | Expectation]
     seen: dict[str, Any] = field(default_factory=dict)
     doing: dict[str, Any] = field(default_factory=dict)
+    about: Collection[int] | None = None
 
     def act(self, one: Input) -> None:
         """Execute one input, and record the expectations."""
@@ -143,9 +145,12 @@ class ScenarioRecorder:
             if state.name in self.driver.configuration
             and not any(model.states[child].name in self.driver.configuration for child in state.children)
             and state.kind not in HISTORY
+            and (self.about is None or state.index in self.about)
         ]
         claims += map(self.writer.in_state, leaves)
         for state, performed in self.driver.doing.items():
+            if self.about is not None and self.machine.indices[state] not in self.about:
+                continue
             if self.doing.get(state) != performed or state in self.driver.last.entered:
                 claims.append(self.writer.performs(performed.name, performed.arguments, action=False))
         self.doing = dict(self.driver.doing)

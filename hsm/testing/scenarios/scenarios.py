@@ -120,12 +120,29 @@ class Scenario:
         given: signals before the start.
         steps: what happens and what is expected, in order.
         place: where its title is written.
+        covers: the requirements that it covers, each with the place of its name.
     """
 
     name: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
     given: SignalValues = field(default_factory=dict)
     steps: tuple[Stimulus | Expectation, ...] = ()
+    place: Place | None = None
+    covers: Mapping[str, Place | None] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """What is required of a machine.
+
+    Attributes:
+        name: its name, as in ``R1``.
+        text: what is required, in words.
+        place: where it is stated.
+    """
+
+    name: str
+    text: str
     place: Place | None = None
 
 
@@ -138,12 +155,16 @@ class Suite:
         machine: name of the machine that is tested.
         tick: seconds from one step to the next.
         scenarios: in the order of the file.
+        requirements: those that the file states.
+        covered: the requirements that properties of the machine cover, by the property's name.
     """
 
     file: str
     machine: str
     tick: float
     scenarios: tuple[Scenario, ...]
+    requirements: tuple[Requirement, ...] = ()
+    covered: Mapping[str, Mapping[str, Place | None]] = field(default_factory=dict)
 
 
 def close(one: Any, other: Any) -> bool:

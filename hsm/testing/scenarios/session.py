@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,6 +16,7 @@ from hsm.model.faults import MachineFault
 from hsm.model.registry import Library
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
+from hsm.testing.scenarios.breaks import transitions_of_line
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.prospects import Prospect, prospects
 from hsm.testing.scenarios.reading import parse_assignment, parse_expectation, parse_suite
@@ -28,8 +28,6 @@ _LINES = ("given", "when", "after", "expect")
 """The words that begin the lines of a scenario."""
 _SET = "set"
 """The word that begins a line that sets a variable, which no scenario can do."""
-_LINE = re.compile(r"line\s+(\d{1,7})")
-"""A break at the transitions of a line."""
 _SAME = 1e-9
 """Times that are so near to each other are the same, s."""
 _TICK = f"after {TICK} s"
@@ -202,30 +200,23 @@ class Session:
 
         Args:
             condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; or ``line 12`` for the
-                transitions that are written there; None to take it back.
+                transitions that are written there, ``door:12`` for those of an imported file; None to take it back.
 
         Raises:
             SessionError: it cannot be read, or there is no transition in that line.
         """
         if condition is None:
             self._break = None
-        elif (found := _LINE.fullmatch(condition)) is not None:
-            self._break = self._takes(int(found[1]))
-        else:
-            expected = self.condition(condition)
-            self._break = lambda driver: not unmet_claims(driver, expected.claims)
-
-    def _takes(self, line: int) -> Callable[[Driver], bool]:
-        """Whether a step has taken a transition of a line of the machine's own file."""
-        file = next(iter(self._model.files), None)
-        there = {
-            one.index
-            for one in self._model.transitions
-            if one.place is not None and one.place.line == line and file in (None, one.place.file)
-        }
-        if not there:
-            raise SessionError(f"there is no transition in line {line}")
-        return lambda driver: any(one.index in there for one in driver.last.transitions)
+            return
+        try:
+            there = transitions_of_line(condition, self._model)
+        except ValueError as error:
+            raise SessionError(str(error)) from None
+        if there is not None:
+            self._break = lambda driver: any(one.index in there for one in driver.last.transitions)
+            return
+        expected = self.condition(condition)
+        self._break = lambda driver: not unmet_claims(driver, expected.claims)
 
     def condition(self, text: str) -> Expectation:
         """What an ``expect`` line says.

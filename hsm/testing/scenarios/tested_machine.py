@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,9 +62,33 @@ def load_tested_machine(path: str | Path, library: Library) -> TestedMachine:
                 suites.append(read_suite(file, machine.model, library))
         except MachineError as error:
             findings.extend(error.diagnostics)
+    if path.suffix != SUFFIX:  # the requirements of one file may be stated in another
+        findings += _unstated(suites)
     if findings:
         raise MachineError(findings)
     return TestedMachine(machine, tuple(suites))
+
+
+def _unstated(suites: Sequence[Suite]) -> list[Diagnostic]:
+    """The names of requirements that are covered, but stated nowhere, although some are; and those stated twice."""
+    stated: dict[str, str] = {}
+    found: list[Diagnostic] = []
+    for suite in suites:
+        report = Report(suite.file)
+        for one in suite.requirements:
+            if one.name in stated and one.place is not None:
+                report.add("E0209", one.place, f"requirement `{one.name}` is stated in {stated[one.name]} as well")
+            stated.setdefault(one.name, suite.file)
+        found += report.found
+    for suite in suites if stated else ():
+        report = Report(suite.file)
+        for covers in (*suite.covered.values(), *(one.covers for one in suite.scenarios)):
+            for name, place in covers.items():
+                if name not in stated and place is not None:
+                    hint = report.guess(name, stated).text or "state it: `requirement NAME what is required`"
+                    report.add("E0202", place, f"there is no requirement `{name}`", hint)
+        found += report.found
+    return found
 
 
 def _is_about(file: Path, machine: Path) -> bool:

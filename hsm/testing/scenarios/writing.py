@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from hsm.engine.occurrences import is_adjustment
 from hsm.model.chart import Call, Model
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import Parameter
@@ -59,6 +60,8 @@ class Writer:
     def scenario(self, scenario: Scenario) -> list[str]:
         """The lines of one scenario."""
         lines = [f"scenario {scenario.name}"]
+        if scenario.covers:
+            lines += _wrapped("covers", list(scenario.covers))
         given = [
             *(f"{name} = {value_text(value, self._types.get(name))}" for name, value in scenario.parameters.items()),
             *self.settings(scenario.given),
@@ -72,7 +75,7 @@ class Writer:
     def stimulus(self, step: Stimulus) -> list[str]:
         """The lines of what happens in one step."""
         happens = [f"{name} fails" if one == FAULT else f"{name} reports {one}" for name, one in step.reports.items()]
-        happens += [f"event {one}" for one in step.events]
+        happens += [one if is_adjustment(one) else f"event {one}" for one in step.events]
         happens += [*self.settings(step.signals), *(f"{one} fails" for one in sorted(step.failing))]
         if step.after is None:
             return _wrapped("when", happens)

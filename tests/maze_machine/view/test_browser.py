@@ -21,7 +21,7 @@ from maze_machine.report.pages import ShownRun, network_head, run_head
 from maze_machine.report.tried import TriedMachine, tried_head
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.drawings import Drawings
-from maze_machine.view.live import Feed, LivePage
+from maze_machine.view.live import Feed, LivePage, SimulatedTime
 from maze_machine.view.page import head, replay_page
 from transport.connect import listening
 from transport.description import RobotDescription
@@ -108,7 +108,11 @@ def live(driven, *, count=40):
         return operated.answer(question)
 
     told = run_head(mission, world)
-    with LivePage(told, operate=operate, drawn=drawings.drawn, pausable=lambda: True) as page:
+
+    def simulation():
+        return SimulatedTime(pausable=True, paused=operated.paused)
+
+    with LivePage(told, operate=operate, drawn=drawings.drawn, simulation=simulation) as page:
         for frame in frames[:count]:
             page.publish(partial(dict, frame))
         yield page, asked, frames
@@ -243,6 +247,68 @@ def test_a_simulation_is_paused_stepped_and_sent_events(opened, driven):
         page.wait_for_function("document.getElementById('status').textContent === 'Sent blinded'")
         kinds = [re.search(rb'"kind":"(\w+)"', one)[1] for one in asked]
         assert kinds == [b"pause", b"advance", b"speed", b"event"]
+
+
+STEERED = """machine steered
+
+event go(far : length)
+
+param pace : speed = 0.2 m/s, adjustable(0.1 m/s, 0.3 m/s)
+
+state idle
+    do stop()
+    on go -> moving
+
+state moving
+    do drive(speed = pace)
+    after 5 s -> idle
+"""
+
+
+def test_a_run_is_steered_and_pauses_at_a_place(opened, tmp_path):
+    file = tmp_path / "steered.maze-machine"
+    file.write_text(STEERED, encoding="utf-8")
+    mission = prepare(str(file), load_profile(), time_limit=SECONDS)
+    world = SimulatedWorld(find_maze("corridor", robot=RobotDescription()), mission.profile.robot)
+    operated, robot = OperatedRun(mission, pausable=True), LockstepRobot(world)
+    operated.answer(b'{"kind": "pause"}')
+
+    def simulation():
+        return SimulatedTime(operated.pausable, operated.paused)
+
+    drawn = Drawings(mission.machine).drawn
+    with LivePage(run_head(mission, world), operate=operated.answer, drawn=drawn, simulation=simulation) as served:
+        watchers = [ShownRun(served.publish, served.end), operated]
+        work = Thread(target=lambda: drive(mission, robot, robot, watchers, operator=operated))
+        work.start()
+        page = opened(served.address)
+        page.wait_for_function("element('hold').textContent === 'Resume simulation'")
+        page.fill("#break-place", "moving")
+        page.locator("#break-at button").click()
+        page.wait_for_function("element('status').textContent === 'Pauses at: moving'")
+        page.fill("#value", "0.5 m/s")
+        page.click("#adjust")
+        page.wait_for_function("element('status').textContent.includes('takes 0.1 m/s to 0.3 m/s, not 0.5 m/s')")
+        page.fill("#value", "0.3 m/s")
+        page.keyboard.press("Enter")
+        page.wait_for_function("element('status').textContent === 'Set pace = 0.3 m/s'")
+        page.select_option("#event", "go")
+        page.fill("#event-data", "far = 2 m")
+        page.click("#send")
+        page.wait_for_function("element('status').textContent === 'Sent go(far = 2 m)'")
+        page.click("#hold")
+        page.wait_for_function("element('status').textContent === 'Paused: moving'")
+        page.wait_for_function("machine.lit().includes('moving')")
+        assert page.evaluate("[store.last.tick, store.last.variables.pace, store.last.events]") == [
+            1,
+            0.3,
+            ["pace = 0.3 m/s", "go(far = 2 m)"],
+        ]
+        assert page.locator("#hold").inner_text() == "Resume simulation"
+        page.click("#stop")
+        work.join(LIMIT / 1000)
+        assert not work.is_alive()
+        page.wait_for_function("element('status').textContent.includes('The base has stopped')")
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from maze_machine.view.drawings import cleaned
-from maze_machine.view.live import Feed, LivePage
+from maze_machine.view.live import Feed, LivePage, SimulatedTime
 from maze_machine.view.page import KEYFRAME, FrameEncoder, head, live_page, replay_page
 from transport.description import RobotDescription
 
@@ -132,12 +132,14 @@ def test_every_frame_comes_in_order_also_to_those_who_come_late_and_then_the_end
 
 def test_an_operators_questions_are_answered():
     asked = []
-    with served(operate=lambda question: asked.append(question) or b'{"done":true}', pausable=lambda: True) as (
-        page,
-        _,
-    ):
+
+    def operate(question):
+        asked.append(question)
+        return b'{"done":true}'
+
+    with served(operate=operate, simulation=lambda: SimulatedTime(pausable=True)) as (page, _):
         with socket_of(page) as browser:
-            assert json.loads(browser.recv(timeout=LIMIT)) == {"pausable": True}
+            assert json.loads(browser.recv(timeout=LIMIT)) == {"simulation": {"pausable": True, "paused": ""}}
             browser.send('{"kind":"end"}')
             assert json.loads(browser.recv(timeout=LIMIT)) == {"answer": {"done": True}}
         assert asked == [b'{"kind":"end"}']

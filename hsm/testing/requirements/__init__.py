@@ -1,0 +1,1 @@
+"""Requirements: which properties and scenarios cover them, in which states."""

@@ -1,0 +1,342 @@
+/* The skills' hot functions: see the Python functions of the same names in surroundings.py, outline.py, safety.py, passage.py. */
+#include "../transport/kernels.h"
+
+#include <stdlib.h>
+
+/* As in surroundings.py. */
+#define STRIDE 3
+/* As in safety.py. */
+#define OPPOSITE 0.9
+#define SHORT (2.0 / 7.0)
+
+static int of_points(const Array *points)
+{
+    int good = points->rows == 0 || points->columns == 2;
+    if (!good)
+        PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
+    return good;
+}
+
+static PyObject *nearest_of_beams(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array ranges, cosines, sines, points;
+    double place[2], reach;
+    PyObject *found = NULL;
+    Py_ssize_t *beams = NULL, near = 0;
+    if (!takes("nearest_of_beams", 5, count) || !of_tuple(arguments[3], 2, place) ||
+        !numbers(arguments + 4, 1, &reach) || !opened(arguments[0], &ranges, "d", 0))
+        return NULL;
+    if (!opened(arguments[1], &cosines, "d", 0))
+        goto ranges_open;
+    if (!opened(arguments[2], &sines, "d", 0))
+        goto cosines_open;
+    if (cosines.columns != ranges.columns || sines.columns != ranges.columns) {
+        PyErr_SetString(PyExc_ValueError, "there is one direction for each range");
+        goto sines_open;
+    }
+    beams = malloc((ranges.columns + 1) * sizeof(Py_ssize_t));
+    if (!beams) {
+        PyErr_NoMemory();
+        goto sines_open;
+    }
+    for (Py_ssize_t first = 0; first + STRIDE <= ranges.columns; first += STRIDE) {
+        double least = INFINITY;
+        for (Py_ssize_t beam = first; beam < first + STRIDE; beam++)
+            if (NUMBER(ranges, beam) < reach && NUMBER(ranges, beam) < least) {
+                least = NUMBER(ranges, beam);
+                beams[near] = beam;
+            }
+        near += isfinite(least) ? 1 : 0;
+    }
+    found = made(&points, near, 2);
+    if (!found)
+        goto sines_open;
+    for (Py_ssize_t index = 0; index < near; index++) {
+        double range = NUMBER(ranges, beams[index]);
+        ENTRY(points, index, 0) = place[0] + range * NUMBER(cosines, beams[index]);
+        ENTRY(points, index, 1) = place[1] + range * NUMBER(sines, beams[index]);
+    }
+    closed(&points);
+sines_open:
+    free(beams);
+    closed(&sines);
+cosines_open:
+    closed(&cosines);
+ranges_open:
+    closed(&ranges);
+    return found;
+}
+
+/* Copies the first two numbers of each kept row; the rows are counted before. */
+static PyObject *pairs(const double *kept, Py_ssize_t count)
+{
+    Array points;
+    PyObject *found = made(&points, count, 2);
+    if (!found)
+        return NULL;
+    for (Py_ssize_t index = 0; index < count; index++) {
+        ENTRY(points, index, 0) = kept[2 * index];
+        ENTRY(points, index, 1) = kept[2 * index + 1];
+    }
+    closed(&points);
+    return found;
+}
+
+static PyObject *carried_near(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double motion[4], reach;
+    PyObject *found = NULL;
+    if (!takes("carried_near", 3, count) || !of_tuple(arguments[1], 4, motion) ||
+        !numbers(arguments + 2, 1, &reach) || !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    double x = motion[0], y = motion[1], cos = motion[2], sin = motion[3];
+    double *kept = malloc((points.rows + 1) * 2 * sizeof(double));
+    Py_ssize_t near = 0;
+    if (!kept)
+        PyErr_NoMemory();
+    if (kept && of_points(&points)) {
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double dx = ENTRY(points, index, 0) - x, dy = ENTRY(points, index, 1) - y;
+            double ahead = cos * dx + sin * dy, aside = cos * dy - sin * dx;
+            kept[2 * near] = ahead, kept[2 * near + 1] = aside;
+            near += norm(ahead, aside) < reach;
+        }
+        found = pairs(kept, near);
+    }
+    free(kept);
+    closed(&points);
+    return found;
+}
+
+static PyObject *turned_near(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double turn[2], reach;
+    PyObject *found = NULL;
+    if (!takes("turned_near", 3, count) || !of_tuple(arguments[1], 2, turn) || !numbers(arguments + 2, 1, &reach) ||
+        !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    double *kept = malloc((points.rows + 1) * 2 * sizeof(double));
+    Py_ssize_t near = 0;
+    if (!kept)
+        PyErr_NoMemory();
+    if (kept && of_points(&points)) {
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double x = ENTRY(points, index, 0), y = ENTRY(points, index, 1);
+            kept[2 * near] = turn[0] * x + turn[1] * y, kept[2 * near + 1] = turn[0] * y - turn[1] * x;
+            near += fabs(x) < reach && fabs(y) < reach;
+        }
+        found = pairs(kept, near);
+    }
+    free(kept);
+    closed(&points);
+    return found;
+}
+
+static inline double beyond(double offset, double core)
+{
+    double sign = (offset > 0.0) - (offset < 0.0);
+    return sign * greater(fabs(offset) - core, 0.0);
+}
+
+static PyObject *from_core(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points, apart, distances;
+    double box[5];
+    PyObject *ways = NULL, *lengths = NULL, *found = NULL;
+    if (!takes("from_core", 2, count) || !of_tuple(arguments[1], 5, box) || !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    if (!of_points(&points))
+        goto points_open;
+    ways = made(&apart, points.rows, 2);
+    if (!ways)
+        goto points_open;
+    lengths = made(&distances, VECTOR, points.rows);
+    if (lengths) {
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double x = beyond(ENTRY(points, index, 0) - box[0], box[2]);
+            double y = beyond(ENTRY(points, index, 1) - box[1], box[3]);
+            ENTRY(apart, index, 0) = x, ENTRY(apart, index, 1) = y;
+            NUMBER(distances, index) = greater(norm(x, y) - box[4], 0.0);
+        }
+        closed(&distances);
+        found = Py_BuildValue("(OO)", ways, lengths);
+        Py_DECREF(lengths);
+    }
+    closed(&apart);
+    Py_DECREF(ways);
+points_open:
+    closed(&points);
+    return found;
+}
+
+static PyObject *least_clearance(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points, poses;
+    double box[5], least = INFINITY;
+    if (!takes("least_clearance", 3, count) || !of_tuple(arguments[2], 5, box) ||
+        !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    if (!opened(arguments[1], &poses, "d", 0)) {
+        closed(&points);
+        return NULL;
+    }
+    int good = of_points(&points) && poses.columns == 3;
+    for (Py_ssize_t pose = 0; good && pose < poses.rows; pose++) {
+        double cos, sin, x0 = ENTRY(poses, pose, 0), y0 = ENTRY(poses, pose, 1);
+        cos_sin(ENTRY(poses, pose, 2), &cos, &sin);
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double dx = ENTRY(points, index, 0) - x0, dy = ENTRY(points, index, 1) - y0;
+            double x = fabs(cos * dx + sin * dy - box[0]) - box[2];
+            double y = fabs(cos * dy - sin * dx - box[1]) - box[3];
+            double outside = norm(greater(x, 0.0), greater(y, 0.0));
+            least = lesser(least, outside + lesser(greater(x, y), 0.0));
+        }
+    }
+    closed(&poses);
+    closed(&points);
+    if (!good) {
+        if (!PyErr_Occurred())
+            PyErr_SetString(PyExc_ValueError, "poses have the shape (k, 3)");
+        return NULL;
+    }
+    return PyFloat_FromDouble(least - box[4]);
+}
+
+static PyObject *room_ahead(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double given[4], faced = INFINITY, left = INFINITY, right = -INFINITY;
+    if (!takes("room_ahead", 2, count) || !of_tuple(arguments[1], 4, given) || !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    double rear = given[0], front = given[1], side = given[2], foresee = given[3];
+    int good = of_points(&points);
+    for (Py_ssize_t index = 0; good && index < points.rows; index++) {
+        double x = ENTRY(points, index, 0);
+        if (fabs(ENTRY(points, index, 1)) < side && x > front)
+            faced = lesser(faced, x);
+    }
+    double ahead = isinf(faced) ? foresee : lesser(foresee, faced - SHORT * foresee);
+    for (Py_ssize_t index = 0; good && index < points.rows; index++) {
+        double x = ENTRY(points, index, 0), y = ENTRY(points, index, 1);
+        if (!(x > rear && x < ahead))
+            continue;
+        if (y > 0.0)
+            left = lesser(left, y);
+        if (y < 0.0)
+            right = greater(right, y);
+    }
+    closed(&points);
+    return good ? PyFloat_FromDouble(isinf(left) || isinf(right) ? INFINITY : left - right) : NULL;
+}
+
+static PyObject *room_across(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array apart, distances;
+    double least = INFINITY;
+    if (!takes("room_across", 3, count))
+        return NULL;
+    Py_ssize_t nearest = PyLong_AsSsize_t(arguments[2]);
+    if (PyErr_Occurred() || !opened(arguments[0], &apart, "d", 0))
+        return NULL;
+    if (!opened(arguments[1], &distances, "d", 0)) {
+        closed(&apart);
+        return NULL;
+    }
+    int good = of_points(&apart) && apart.rows == distances.columns && nearest >= 0 && nearest < apart.rows;
+    if (good) {
+        double x = ENTRY(apart, nearest, 0), y = ENTRY(apart, nearest, 1), length = greater(norm(x, y), 1e-9);
+        x /= length, y /= length;
+        for (Py_ssize_t index = 0; index < apart.rows; index++) {
+            double other_x = ENTRY(apart, index, 0), other_y = ENTRY(apart, index, 1);
+            if (other_x * x + other_y * y < -OPPOSITE * norm(other_x, other_y))
+                least = lesser(least, NUMBER(distances, index));
+        }
+        least = NUMBER(distances, nearest) + least;
+    } else if (!PyErr_Occurred()) {
+        PyErr_SetString(PyExc_ValueError, "there is one distance for each point, and one of them is the nearest");
+    }
+    closed(&distances);
+    closed(&apart);
+    return good ? PyFloat_FromDouble(least) : NULL;
+}
+
+static int by_size(const void *one, const void *other)
+{
+    double first = *(const double *)one, second = *(const double *)other;
+    return (first > second) - (first < second);
+}
+
+/* The gap of at least `width` between sorted values within two bounds that is nearest to zero; 0 if there is none. */
+static int nearest_gap(const double *sorted, Py_ssize_t count, const double *within, double width, double aside,
+                       double *gap)
+{
+    double least = INFINITY, low = within[0];
+    int found = 0;
+    for (Py_ssize_t index = 0; index <= count; index++) {
+        double high = index < count ? sorted[index] : within[1];
+        if (index < count && !(high > within[0] && high < within[1]))
+            continue;
+        if (high - low >= width) {
+            double distance = greater(greater(low, -high), 0.0);
+            if (!found || distance < least)
+                least = distance, gap[0] = low, gap[1] = high;
+            found = 1;
+        }
+        low = high;
+    }
+    return found && !(least > aside);
+}
+
+static PyObject *passage_between(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double given[5], ahead = INFINITY;
+    if (!takes("passage_between", 2, count) || !of_tuple(arguments[1], 5, given) ||
+        !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    double half = given[0], look_ahead = given[1], alongside = given[2], aside = given[3], width = given[4];
+    double around[2] = {-INFINITY, INFINITY}, gap[2] = {-INFINITY, INFINITY};
+    double *values = malloc((points.rows + 1) * sizeof(double));
+    int good = values && of_points(&points);
+    if (!values)
+        PyErr_NoMemory();
+    for (Py_ssize_t index = 0; good && index < points.rows; index++) {
+        double x = ENTRY(points, index, 0);
+        if (fabs(ENTRY(points, index, 1)) < half && x > 0.0)
+            ahead = lesser(ahead, x);
+    }
+    double limits[2] = {lesser(greater(ahead - alongside, 0.0), look_ahead), look_ahead};
+    for (int pass = 0; good && pass < 2; pass++) {
+        Py_ssize_t kept = 0;
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double x = ENTRY(points, index, 0);
+            values[kept] = ENTRY(points, index, 1);
+            kept += x > -half && x < limits[pass];
+        }
+        qsort(values, kept, sizeof(double), by_size);
+        double found[2], whole[2] = {-INFINITY, INFINITY};
+        if (nearest_gap(values, kept, pass ? around : whole, pass ? width : 0.0, aside, found))
+            memcpy(pass ? gap : around, found, sizeof(found));
+        else if (pass)
+            memcpy(gap, around, sizeof(gap));
+    }
+    free(values);
+    closed(&points);
+    return good ? Py_BuildValue("(ddd)", ahead, gap[0], gap[1]) : NULL;
+}
+
+static PyMethodDef kernels[] = {
+    KERNEL(nearest_of_beams),
+    KERNEL(carried_near),
+    KERNEL(turned_near),
+    KERNEL(from_core),
+    KERNEL(least_clearance),
+    KERNEL(room_ahead),
+    KERNEL(room_across),
+    KERNEL(passage_between),
+    {NULL, NULL, 0, NULL},
+};
+
+KERNELS_OF("skills")

@@ -1,0 +1,137 @@
+"""Assumptions that a machine states: proofs rely on them, and a run that breaks one is no counterexample."""
+
+import pytest
+
+from hsm.dsl import load_model
+from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.verdicts import Assumptions
+from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.running import run_scenario
+from hsm.testing.scenarios.watching import watches
+from tests.trust.library import make_library
+
+TEXT = """machine m
+
+{assumed}
+property shut : never in(b)
+property near : always d >= 0 m
+
+var d : length = 0 m
+
+initial a
+
+state a
+    do ring()
+    when door.open -> c
+    after 6 s      -> b
+    on go                / d = ahead
+
+state b
+    do stop()
+
+state c
+    do drive()
+    on blocked -> a
+"""
+
+
+def loaded(tmp_path, assumed, text=TEXT):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(text.format(assumed=assumed))
+    return load_model(path, make_library())
+
+
+def decided(tmp_path, assumed, text=TEXT):
+    return {one.name: one for one in check(loaded(tmp_path, assumed, text), seconds=10)}
+
+
+@pytest.mark.parametrize(
+    ("assumed", "proved"),
+    [
+        ("", set()),
+        ("assume r : always ahead >= 0 m", {"near"}),
+        ("assume r : always ahead >= 0 m and ahead < 100 m", {"near", "no step fails"}),
+        ("assume r : never not (ahead >= 0 m)", {"near"}),
+        ("assume o : after doing(ring), door.open within 5 s", {"shut"}),
+        ("assume o : after doing(ring), door.open within 5.999 s", {"shut"}),
+        ("assume o : after doing(ring), door.open within 6 s", set()),
+        ("assume o : always eventually door.open within 5 s", {"shut"}),
+        ("assume o : after in(a), door.open before in(b) or in(c)", set()),
+        ("assume o : never in(b)", {"shut"}),
+    ],
+)
+def test_what_is_proved_under_an_assumption(tmp_path, assumed, proved):
+    found = decided(tmp_path, assumed)
+    assert {name for name, one in found.items() if one.proved} == proved
+    assert all(one.proved or one.violated for one in found.values())
+
+
+def test_a_counterexample_keeps_to_the_assumptions(tmp_path):
+    found = decided(tmp_path, "assume r : always ahead > -2 m and ahead < 100 m")["near"]
+    assert found.violated
+    values = [
+        value
+        for step in found.counterexample.steps
+        for name, value in getattr(step, "signals", {}).items()
+        if name == "ahead"
+    ]
+    assert values
+    assert all(-2 < value < 100 for value in values)
+
+
+def test_an_answer_that_others_give_is_assumed(tmp_path):
+    text = """machine m
+{assumed}
+property short : after in(b), in(a) within 0.7 s
+event go, back
+initial a
+state a
+    on go -> b
+state b
+    on back   -> a
+    after 2 s -> a
+"""
+    assert decided(tmp_path, "", text)["short"].violated
+    assert decided(tmp_path, "assume back : after in(b), in(a) within 0.5 s", text)["short"].proved
+    assert decided(tmp_path, "assume back : after in(b), in(a) within 0.8 s", text)["short"].violated
+
+
+def test_an_instance_brings_its_assumptions(tmp_path):
+    part = "machine part\n{assumed}\ninitial p\nstate p\n    when ahead < 0 m -> bad\nfinal bad\n"
+    whole = (
+        "machine m\nimport part\nproperty good : never in(b)\ninitial a\nstate a = part()\n    on bad -> b\nfinal b\n"
+    )
+    for assumed, status in (("", False), ("assume r : always ahead >= 0 m", True)):
+        (tmp_path / "part.maze-machine").write_text(part.format(assumed=assumed))
+        (tmp_path / "m.maze-machine").write_text(whole)
+        model = load_model(tmp_path / "m.maze-machine", make_library())
+        assert [one.name for one in model.assumptions] == ["a.r"] * status
+        assert {one.name: one for one in check(model, seconds=10)}["good"].proved is status
+
+
+@pytest.mark.parametrize(
+    "assumed",
+    [
+        "assume none : always space.front and not space.front",
+        "assume none : always ahead > 1 m\nassume other : always ahead < 0.5 m",
+    ],
+)
+def test_nothing_is_proved_where_the_assumptions_exclude_every_run(tmp_path, assumed):
+    for one in decided(tmp_path, assumed).values():
+        assert not one.proved
+        assert not one.violated
+        assert "the assumptions exclude every run" in one.reason
+
+
+def test_assumptions_are_listed(tmp_path):
+    model = loaded(tmp_path, "assume r : always ahead >= 0 m")
+    assert "r: always ahead >= 0 m" in Assumptions().lines(model)
+
+
+def test_a_scenario_that_breaks_one_says_so_where_a_property_fails(tmp_path):
+    model = loaded(tmp_path, "assume o : after doing(ring), door.open within 5 s")
+    suite = "test m\n\nscenario late\n    after 6 s\n    expect b\n"
+    (scenario,) = parse_suite(suite, model, make_library()).scenarios
+    failure = run_scenario(scenario, model, 0.1, watches(model.properties, model.assumptions)).failure
+    assert "property shut is violated" in str(failure.lines())
+    assert "the assumption o was broken" in str(failure.lines())

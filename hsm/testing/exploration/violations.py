@@ -6,6 +6,7 @@ the engine; no result proves nothing.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,6 +26,9 @@ from hsm.testing.scenarios.writing import Writer
 
 MOST_STEPS = 20_000
 """At most this many steps are tried."""
+
+MOST_REFUSED = 20
+"""After this many runs that a replay does not confirm, no further ones are shown for a property."""
 
 _DIGITS = 6
 
@@ -104,6 +108,7 @@ class _Search:
         self._found = Searched()
         self._met: set[Any] = set()
         self._level: list[_Visit] = []
+        self._refused: Counter[str] = Counter()
 
     def run(self, steps: int) -> Searched:
         """Search level by level, until all violations are found, all states are visited, or the limit is reached."""
@@ -145,10 +150,12 @@ class _Search:
         ]
         visit = _Visit(edge.target, tuple(one for one, _ in looked), (origin, edge), origin.depth + 1)
         for stated, (_, violated) in zip(self._properties, looked, strict=True):
-            if violated and stated.name not in found.violations:
+            if violated and stated.name not in found.violations and self._refused[stated.name] < MOST_REFUSED:
                 scenario = self._told(f"{stated.name} is violated", visit, stated.name)
                 if scenario is not None:
                     found.violations[stated.name] = scenario
+                else:
+                    self._refused[stated.name] += 1
         key = (edge.target.key(), tuple(self._key(index, visit) for index in range(len(looked))))
         if key not in self._met:
             self._met.add(key)

@@ -31,7 +31,7 @@ from hsm.testing.proofs.graph import FREE, Budget, Graph, deciding, events_of, u
 from hsm.testing.proofs.points import CarriedEvent, Part, Place, Point
 from hsm.testing.proofs.regions import MIDDLE
 from hsm.testing.proofs.selections import Selections
-from hsm.testing.proofs.values import TooMany, Undecided
+from hsm.testing.proofs.values import NoRun, TooMany, Undecided
 from hsm.testing.scenarios.script import scripted_machine
 
 SECONDS = 30.0
@@ -62,7 +62,7 @@ class Equivalence:
             return False
         try:
             return _Comparison(self._known, scripted_machine(mutant.model)).same()
-        except (Undecided, TooMany):
+        except (NoRun, Undecided, TooMany):
             return False
 
 
@@ -93,7 +93,7 @@ def _places(machine: Machine) -> _Places | None:
         graph = Graph(machine, free, [], events_of(model), precision=MIDDLE, forgetful=False)
         graph.stepper.reached = {}
         graph.build(Budget(SECONDS, LOCATIONS))
-    except (Undecided, TooMany):
+    except (NoRun, Undecided, TooMany):
         return None
     if not graph.complete or graph.failures:
         return None

@@ -30,7 +30,7 @@ from hsm.testing.proofs.points import FailingStep, Point, Remembered, Timer, Wai
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
-from hsm.testing.proofs.values import Exact, OneOf, Region, Symbols, Undecided, Value
+from hsm.testing.proofs.values import Exact, NoRun, OneOf, Region, Symbols, Value
 from hsm.testing.proofs.zones import Clock
 
 NEVER = 1 << 60
@@ -201,7 +201,8 @@ class Graph:
         """Find all locations and steps, those near the start first.
 
         Raises:
-            Undecided: the machine has a feature that proofs do not support, or assumptions that no run keeps to.
+            Undecided: the machine has a feature that proofs do not support.
+            NoRun: no run keeps to the assumptions.
         """
         values = tuple(self.evaluator.values)
         quiet, heard = self.stepper.start(values, self._assumed.signals(values))
@@ -209,8 +210,8 @@ class Graph:
         self.initial += [replace(one, heard=True) for one in self._edges(-1, frozenset(), heard)]
         self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
         self.stepper.faults.clear()
-        if not self.initial and self.machine.model.assumptions and not self.faults:
-            raise Undecided("the assumptions exclude every run")
+        if not self.initial and self.machine.model.assumptions:
+            raise NoRun("no first step succeeds" if self.faults else "no run keeps to the assumptions")
         done = 0
         while done < len(self.locations):
             if most_depth is not None and self.depth >= most_depth:

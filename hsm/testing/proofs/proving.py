@@ -15,7 +15,7 @@ from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.possible import Possible, united
 from hsm.testing.proofs.regions import COARSE, FINE, MIDDLE, Precision
 from hsm.testing.proofs.slices import Slice, slices
-from hsm.testing.proofs.values import TooMany, Undecided
+from hsm.testing.proofs.values import NoRun, TooMany, Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, PropertyVerdict, Status
 from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.script import scripted_machine
@@ -122,6 +122,8 @@ class _Proof:
             graph = self._graph(precision)
             try:
                 graph.build(Budget(self._seconds / 2, LOCATIONS), self._depth)
+            except NoRun as error:
+                return [PropertyVerdict(*one, Status.UNDECIDED, reason=str(error)) for one in texts.items()]
             except Undecided as error:
                 obstacle = str(error)
                 break

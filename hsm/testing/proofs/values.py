@@ -430,3 +430,7 @@ class TooMany(Exception):  # noqa: N818 - how a proof ends early
 
 class Undecided(Exception):  # noqa: N818 - an answer, not an error
     """A feature that proofs do not support; the message names it."""
+
+
+class NoRun(Exception):  # noqa: N818 - an answer, not an error
+    """Assumptions that no run keeps to, so that every property would hold."""

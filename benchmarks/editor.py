@@ -4,7 +4,7 @@
     python benchmarks/editor.py [LINES] [ROUNDS] [EDITS]
 
 All servers run as child processes over standard input and output. A round asks each of them once, in turn: a keystroke
-and then diagnostics (pulled, but for jedi-language-server, which publishes them), completion, document symbols. The
+and then diagnostics (pulled, except for jedi-language-server, which publishes them), completion, document symbols. The
 medians are printed. With EDITS, our server then takes this many more edits, with diagnostics after every twentieth, and
 its memory is printed before, in the middle and at the end.
 """

@@ -172,6 +172,8 @@ MISTAKES = [
     ("state a\n    when space.left is true -> b\nfinal b\n", "`==`"),
     ("state a\n    when space.left && space.right -> b\nfinal b\n", "`and`"),
     ("state a\n    when 1 < steps < 3 -> b\nfinal b\n", "join two comparisons"),
+    ("property small : steps <= 1\nfinal a\n", "a claim begins with `always`"),
+    ("assume small : steps <= 1\nfinal a\n", "a claim begins with `always`"),
     ("state a\n    when ahead / 2 > 1 m -> b\nfinal b\n", "parentheses"),
     ("state a\n    on bumped and space.left -> b\nfinal b\n", "after `if`"),
     ("state a\n    on bumped goto b\nfinal b\n", "after `->`"),

@@ -136,6 +136,8 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
         return "write a comma before it"
     if word == "," and first == "var":
         return "only a parameter can be `adjustable`: a variable belongs to the machine"
+    if first in ("property", "assume") and text.endswith(":"):
+        return f"a claim begins with `always`, `never` or `after`: `{text} always ...`"
     if text == "final state":
         return "`final NAME` already declares a state: leave out `state`"
     if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from enum import StrEnum
 from typing import Any
 
+from hsm.engine.inputs import parameter_value
+from hsm.model.chart import Model
 from hsm.model.registry import Parameter
 from hsm.model.types import Enumeration
 from hsm.model.written import value_of
@@ -14,22 +16,23 @@ from maze_machine.errors import UsageError
 
 
 def parameter_values(
-    parameters: Sequence[Parameter],
+    model: Model,
     written: Mapping[str, object] | Iterable[tuple[str, object]],
     enumerations: Mapping[str, type[StrEnum]],
 ) -> dict[str, Any]:
     """What ``machine.start`` takes, from what a person wrote on the command line or in a profile.
 
     Args:
-        parameters: the machine's parameters.
+        model: the machine.
         written: names and values; a text may carry a unit, a plain number is in SI units.
         enumerations: the enumerations that a parameter may be of, by name.
 
     Raises:
-        UsageError: an unknown parameter, a value that is not of its type, or none where there is no default.
+        UsageError: an unknown parameter, a value that is not of its type or beyond its bounds, or none where there is
+            no default.
     """
-    values = known_values(parameters, written, enumerations)
-    missing = [parameter.name for parameter in parameters if parameter.required and parameter.name not in values]
+    values = known_values(model, written, enumerations)
+    missing = [parameter.name for parameter in model.parameters if parameter.required and parameter.name not in values]
     if missing:
         raise UsageError(
             f"the machine needs a value for its parameter `{missing[0]}`", f"give --param {missing[0]}=VALUE"
@@ -38,21 +41,21 @@ def parameter_values(
 
 
 def known_values(
-    parameters: Sequence[Parameter],
+    model: Model,
     written: Mapping[str, object] | Iterable[tuple[str, object]],
     enumerations: Mapping[str, type[StrEnum]],
 ) -> dict[str, Any]:
     """The same, where parameters without a value may stay without one.
 
     Raises:
-        UsageError: an unknown parameter, or a value that is not of its type.
+        UsageError: an unknown parameter, or a value that is not of its type or beyond its bounds.
     """
-    declared = {parameter.name: parameter for parameter in parameters}
+    declared = {parameter.name: parameter for parameter in model.parameters}
     values = {}
     for name, text in dict(written).items():
         if name not in declared:
             raise UsageError(f"the machine has no parameter `{name}`", _known(name, declared))
-        values[name] = _value(declared[name], str(text), enumerations)
+        values[name] = _within(model, declared[name], _value(declared[name], str(text), enumerations))
     return values
 
 
@@ -79,6 +82,13 @@ def _value(parameter: Parameter, text: str, enumerations: Mapping[str, type[StrE
         return value_of(text, kind, enumeration)
     except ValueError as way_out:
         raise _mismatch(parameter, text, str(way_out)) from None
+
+
+def _within(model: Model, parameter: Parameter, value: Any) -> Any:
+    try:
+        return parameter_value(model, parameter, value)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
 
 
 def _mismatch(parameter: Parameter, text: str, way_out: str) -> UsageError:

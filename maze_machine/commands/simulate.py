@@ -58,7 +58,7 @@ def simulate(
     path = find_machine(machine)
     names = chosen_library(library, path)
     chart = hsm.load(path, names)
-    values = parameter_values(chart.model.parameters, dict(map(split_setting, parameters or ())), names.enumerations)
+    values = parameter_values(chart.model, dict(map(split_setting, parameters or ())), names.enumerations)
     try:
         if view:
             _on_page(chart, names, values, host, port)

@@ -164,7 +164,7 @@ def test(
         with waiting("running scenarios, checking properties"):
             trial = load_tested_machine(meant, names)
             declared = trial.machine.model.parameters
-            given = known_values(declared, map(split_setting, parameters or ()), names.enumerations)
+            given = known_values(trial.machine.model, map(split_setting, parameters or ()), names.enumerations)
             assumed = Assumptions(longest_tick, given, _known(free or [], declared), not_a_number=not no_nan)
             wanted = {None: None, RequiredVerdict.PROVED: Status.PROVED, RequiredVerdict.BOUNDED: Status.BOUNDED}[
                 require

@@ -40,7 +40,7 @@ def open_run(asked: Asked) -> Run:
 
         return in_a_maze(asked, asked.maze)
     machine, library = _loaded(asked)
-    values = parameter_values(machine.model.parameters, asked.parameters or {}, library.enumerations)
+    values = parameter_values(machine.model, asked.parameters or {}, library.enumerations)
     return TriedRun(Chart(scripted_machine(machine), library), library, values)
 
 

@@ -132,7 +132,7 @@ def prepare(
             reason, ("run the machine of each member on its robot, and connect them with --tell ROBOT@ENDPOINT")
         )
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
-    values = parameter_values(machine.model.parameters, written, names.enumerations)
+    values = parameter_values(machine.model, written, names.enumerations)
     return Mission(machine, profile, values, time_limit, names)
 
 

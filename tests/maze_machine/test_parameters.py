@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hsm.model.chart import Adjustable, Model
 from hsm.model.registry import Parameter
 from hsm.model.types import BOOLEAN, INTEGER, NUMBER, UNITS, Enumeration, Quantity
 from maze_machine.arguments.parameters import parameter_values, split_setting
@@ -28,8 +29,12 @@ PARAMETERS = (
 )
 
 
+def model(*parameters, **others):
+    return Model("m", (), parameters=parameters, **others)
+
+
 def read(name, text):
-    return parameter_values(PARAMETERS, {name: text}, {"Side": Side})[name]
+    return parameter_values(model(*PARAMETERS), {name: text}, {"Side": Side})[name]
 
 
 @pytest.mark.parametrize(
@@ -80,9 +85,17 @@ def test_a_wrong_value_is_told_with_a_way_out(name, text, way_out):
 @given(st.floats(-1e6, 1e6), st.sampled_from(sorted(UNITS)))
 def test_every_unit_of_the_language_is_read(number, unit):
     parameter = Parameter("x", UNITS[unit].quantity)
-    assert parameter_values([parameter], {"x": f"{number!r} {unit}"}, {}) == {
+    assert parameter_values(model(parameter), {"x": f"{number!r} {unit}"}, {}) == {
         "x": float(Fraction(repr(number)) * UNITS[unit].scale)
     }
+
+
+@pytest.mark.parametrize("text", ["0.05 m/s", "0.7 m/s"])
+def test_a_value_beyond_the_bounds_of_an_adjustable_parameter_is_refused(text):
+    bounded = model(*PARAMETERS, adjustable=(Adjustable("cruise", 0.1, 0.5),))
+    assert parameter_values(bounded, {"cruise": "0.5 m/s"}, {}) == {"cruise": 0.5}
+    with pytest.raises(UsageError, match=f"parameter `cruise` of machine m takes 0.1 m/s to 0.5 m/s, not {text}"):
+        parameter_values(bounded, {"cruise": text}, {})
 
 
 def test_a_setting_without_a_value_is_told():
@@ -92,7 +105,7 @@ def test_a_setting_without_a_value_is_told():
 
 
 def test_a_parameter_without_a_default_must_be_given():
-    parameters = [Parameter("angle", Quantity(angle=1))]
-    assert parameter_values(parameters, {"angle": "1"}, {}) == {"angle": 1.0}
+    needed = model(Parameter("angle", Quantity(angle=1)))
+    assert parameter_values(needed, {"angle": "1"}, {}) == {"angle": 1.0}
     with pytest.raises(UsageError, match="needs a value for its parameter `angle`"):
-        parameter_values(parameters, {}, {})
+        parameter_values(needed, {}, {})

@@ -15,6 +15,7 @@ from hsm.dsl.lsp.document import Document
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.transition import Inputs, transition
 from hsm.interchange.reports import model_json
+from hsm.interchange.scxml.differences import differences
 from hsm.testing.proofs.verdicts import Assumptions
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite
@@ -186,6 +187,11 @@ def test_the_parameter_of_an_instance_belongs_to_the_machine_around_it(tmp_path)
 def test_a_proof_says_that_nobody_adjusts():
     assert "nobody adjusts near, side, tries, calm during the run" in Assumptions().lines(MACHINE.model)
     assert not [one for one in Assumptions().lines(model("machine m\nstate a\n")) if "adjusts" in one]
+
+
+def test_an_export_names_what_scxml_cannot_adjust():
+    reasons = [one.message for one in differences(MACHINE.model) if "operator may change" in one.message]
+    assert [re.search("`(.*)`", one)[1] for one in reasons] == ["near", "side", "tries", "calm"]
 
 
 def test_the_description_has_the_bounds():

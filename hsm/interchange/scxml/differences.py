@@ -128,11 +128,14 @@ def _sent(model: Model) -> Iterator[Diagnostic]:
 
 
 def _parameters(model: Model) -> Iterator[Diagnostic]:
-    """Parameters without a value: a chart is not given any when it starts."""
+    """Parameters without a value, and those that an operator may change: a chart is given none."""
     for parameter in model.parameters:
         if parameter.required:
             reason = f"parameter `{parameter.name}` has no value: in SCXML it is undefined"
             yield finding("W0923", model.states[0].place, reason, "write a value after its type")
+        if model.adjustable_named(parameter.name) is not None:
+            reason = f"SCXML has no parameters that an operator may change: `{parameter.name}` keeps its value"
+            yield finding("W0923", model.states[0].place, reason, "send an event that carries the value")
 
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:

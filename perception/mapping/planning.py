@@ -269,7 +269,8 @@ def _graph(passable: Mask, dear: Floats, size: float) -> csr_array:
         second.append(numbers[there][both])
         lengths.append((dear[here][both] + dear[there][both]) * (length * size / 2))
     one, other, all_lengths = np.concatenate(first), np.concatenate(second), np.concatenate(lengths)
-    ends = np.concatenate([one, other]), np.concatenate([other, one])
+    # Older versions of SciPy search graphs with 32-bit indices only.
+    ends = np.concatenate([one, other]).astype(np.int32), np.concatenate([other, one]).astype(np.int32)
     return csr_array((np.concatenate([all_lengths, all_lengths]), ends), shape=(passable.size, passable.size))
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
+from functools import cache
+from importlib.machinery import PathFinder
+from importlib.util import find_spec, module_from_spec
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -38,12 +40,20 @@ TWINS: dict[str, Twins] = {}
 """What exists twice, by package and name, as far as its modules are imported."""
 
 
+@cache
 def kernels_of(package: str) -> ModuleType | None:
-    """The machine code of a package; None where it was not built."""
+    """The machine code of a package, which itself is not imported; None where it was not built."""
+    parent = find_spec(package)
+    places = None if parent is None else parent.submodule_search_locations
+    spec = None if places is None else PathFinder.find_spec(f"{package}._kernels", list(places))
+    if spec is None or spec.loader is None:
+        return None
     try:
-        return import_module(f"{package}._kernels")
+        module = module_from_spec(spec)
+        spec.loader.exec_module(module)
     except ImportError:
         return None
+    return module
 
 
 def compiled(function: Function) -> Function:

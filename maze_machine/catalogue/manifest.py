@@ -76,7 +76,7 @@ def manifest_of(library: Library[Any, Any]) -> dict[str, Any]:
         "name": library.name,
         "enumerations": {
             name: {"doc": kind.__doc__ or "", "members": {member.name: member.value for member in kind}}
-            for name, kind in library.enumerations.items()
+            for name, kind in sorted(library.enumerations.items())
         },
         "signals": {
             one.name: {"type": str(one.type), **_callable(one.function, one.parameters, one.doc)}

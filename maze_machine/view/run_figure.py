@@ -108,7 +108,7 @@ def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "", seen: 
         draw_map(axes, seen)
     draw_trail(figure, axes, trail)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    axes.set_title(title, fontsize=10, loc="left")
+    axes.set_title(title, fontsize=10, loc="left", wrap=True)
     with replacing(file) as written:
         figure.savefig(written, format=file.suffix.removeprefix("."), bbox_inches="tight")
 

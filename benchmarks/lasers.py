@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from transport.description import RobotDescription
-
 # Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -28,7 +26,7 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from sim.generate import Recipe, generate
 from sim.maze import Maze
-from transport.description import Laser
+from transport.description import Laser, RobotDescription
 from transport.world import LockstepRobot
 
 MACHINES = ("pledge", "right_hand_loop", "tremaux")

@@ -26,8 +26,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from transport.description import RobotDescription
-
 ROOT = Path(__file__).parents[1]
 # Not this folder, whose scripts have the names of packages.
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
@@ -82,10 +80,8 @@ def bare_session(listen: str = "", connect: str = "") -> zenoh.Session:
 
 def pong(endpoint: str, ready: Connection, commands: list[Command]) -> None:
     """Answer pings; those that ask for it after a step of the simulator, under commands that were recorded."""
-    world, recorded = (
-        SimulatedWorld(find_maze(MAZE, robot=RobotDescription()), load_profile().robot, SEED),
-        iter(commands),
-    )
+    robot = load_profile().robot
+    world, recorded = SimulatedWorld(find_maze(MAZE, robot=robot), robot, SEED), iter(commands)
     with bare_session(listen=endpoint) as session:
         asked: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         subscriber = session.declare_subscriber("bare/ping", lambda sample: asked.put(sample.payload.to_bytes()))
@@ -168,7 +164,8 @@ class Lane:
 
 def costs(rounds: int) -> None:
     """Print what a tick costs in one process, over the link, and over bare Zenoh."""
-    profile, maze, endpoint = load_profile(), find_maze(MAZE, robot=RobotDescription()), free_endpoint()
+    profile, endpoint = load_profile(), free_endpoint()
+    maze = find_maze(MAZE, robot=profile.robot)
     mission = prepare("pledge", profile)
     run = list(Lane(mission, LockstepRobot(SimulatedWorld(maze, profile.robot, SEED))).ticks)
     rounds = min(rounds, (len(run) - WARM) // TICKS - 1)

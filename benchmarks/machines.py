@@ -27,8 +27,6 @@ from statistics import median, quantiles
 
 import numpy as np
 
-from transport.description import RobotDescription
-
 # Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -44,6 +42,7 @@ from sim.geometry import distances
 from sim.maze import Maze, MazeError
 from sim.scaled import scaled
 from sim.solvability import LARGEST, shortest_way
+from transport.description import RobotDescription
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data" / "mazes"
 NARROWEST = 0.6

@@ -20,8 +20,6 @@ from time import process_time
 from rich.console import Console
 from rich.table import Table
 
-from transport.description import RobotDescription
-
 # Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -43,7 +41,7 @@ def main() -> None:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     profile = load_profile()
-    maze = find_maze(arguments.maze, robot=RobotDescription())
+    maze = find_maze(arguments.maze, robot=profile.robot)
     mission = prepare(arguments.machine, profile)
 
     def run(seed: int) -> tuple[Ending, float, list[Phases]]:

@@ -17,15 +17,12 @@ import threading
 from collections import deque
 from pathlib import Path
 
-from transport.description import RobotDescription
-
 ROOT = Path(__file__).parents[1]
 sys.path[0:1] = [str(ROOT)]  # not this folder, whose scripts have the names of packages
 
 from maze_machine.catalogue.profile import load_profile  # noqa: E402
 from maze_machine.drive.mission import drive, prepare  # noqa: E402
 from maze_machine.simulated.world import SimulatedWorld, find_maze  # noqa: E402
-from sim.lidar import compiled  # noqa: E402
 from transport.connect import connect_robot, listening  # noqa: E402
 from transport.lockstep import LockstepServer  # noqa: E402
 from transport.messages import Command, Twist  # noqa: E402
@@ -57,7 +54,8 @@ def used() -> dict[str, float]:
 
 def over_the_link(minutes: float) -> tuple[dict[str, float], dict[str, float]]:
     """Drive to and fro over the loopback; what was used after a tenth of the time and at the end."""
-    profile, maze = load_profile(), find_maze("corridor", robot=RobotDescription())
+    profile = load_profile()
+    maze = find_maze("corridor", robot=profile.robot)
     with socket.create_server(("127.0.0.1", 0)) as taken:
         endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
     ended = threading.Event()
@@ -86,7 +84,8 @@ def over_the_link(minutes: float) -> tuple[dict[str, float], dict[str, float]]:
 
 def short_runs(count: int) -> tuple[dict[str, float], dict[str, float]]:
     """Run a machine again and again; what was used after a tenth of the runs and at the end."""
-    profile, maze, first = load_profile(), find_maze("corridor", robot=RobotDescription()), used()
+    profile = load_profile()
+    maze, first = find_maze("corridor", robot=profile.robot), used()
     for number in range(count):
         mission = prepare("right_hand", profile, time_limit=1.0)
         robot = LockstepRobot(SimulatedWorld(maze, profile.robot, number))
@@ -101,7 +100,6 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=60.0, help="simulated time over the link")
     parser.add_argument("--runs", type=int, default=1000, help="short runs in one process")
     asked = parser.parse_args()
-    compiled()  # a simulator loads the machine code after some thousand scans; its 100 MiB are not growth
     print("| part | what | after a tenth | at the end |\n|---|---|---|---|")
     grown = False
     for part, (first, last) in (

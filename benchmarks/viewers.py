@@ -16,8 +16,6 @@ import sys
 import time
 from pathlib import Path
 
-from transport.description import RobotDescription
-
 # Not this folder, whose scripts have the names of packages.
 sys.path[0:1] = [str(Path(__file__).parents[1])]
 
@@ -55,7 +53,7 @@ def main() -> None:
 def one_run(count: int, *, stalled: bool) -> float:
     """The median time of a tick with a crowd, s."""
     mission = prepare("pledge", load_profile(), time_limit=SECONDS)
-    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), mission.profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=mission.profile.robot), mission.profile.robot)
     robot, operated = LockstepRobot(world), OperatedRun(mission, pausable=True, speed=SPEED)
     endpoint, spent = f"tcp/127.0.0.1:{free_port()}", []
     told = network_head(run_head(mission, world), Drawings(mission.machine))

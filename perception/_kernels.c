@@ -28,36 +28,23 @@ static PyObject *sort_readings(PyObject *Py_UNUSED(module), PyObject *const *arg
 
 static PyObject *points_of(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
-    Array ranges, cosines, sines, points;
+    Beams beams;
+    Array points;
     double place[2];
-    PyObject *found = NULL;
-    if (!takes("points_of", 4, count) || !of_tuple(arguments[3], 2, place) || !opened(arguments[0], &ranges, "d", 0))
+    if (!takes("points_of", 4, count) || !of_tuple(arguments[3], 2, place) || !beams_opened(arguments, &beams))
         return NULL;
-    if (!opened(arguments[1], &cosines, "d", 0))
-        goto ranges_open;
-    if (!opened(arguments[2], &sines, "d", 0))
-        goto cosines_open;
-    if (cosines.columns != ranges.columns || sines.columns != ranges.columns) {
-        PyErr_SetString(PyExc_ValueError, "there is one direction for each range");
-        goto sines_open;
+    PyObject *found = made(&points, 2, beams.ranges.columns);
+    if (found) {
+        int beside = place[0] != 0.0 || place[1] != 0.0;
+        for (Py_ssize_t beam = 0; beam < beams.ranges.columns; beam++) {
+            double range = NUMBER(beams.ranges, beam);
+            double x = range * NUMBER(beams.cosines, beam), y = range * NUMBER(beams.sines, beam);
+            ENTRY(points, 0, beam) = beside ? x + place[0] : x;
+            ENTRY(points, 1, beam) = beside ? y + place[1] : y;
+        }
+        closed(&points);
     }
-    found = made(&points, 2, ranges.columns);
-    if (!found)
-        goto sines_open;
-    int beside = place[0] != 0.0 || place[1] != 0.0;
-    for (Py_ssize_t beam = 0; beam < ranges.columns; beam++) {
-        double range = NUMBER(ranges, beam);
-        double x = range * NUMBER(cosines, beam), y = range * NUMBER(sines, beam);
-        ENTRY(points, 0, beam) = beside ? x + place[0] : x;
-        ENTRY(points, 1, beam) = beside ? y + place[1] : y;
-    }
-    closed(&points);
-sines_open:
-    closed(&sines);
-cosines_open:
-    closed(&cosines);
-ranges_open:
-    closed(&ranges);
+    beams_closed(&beams);
     return found;
 }
 

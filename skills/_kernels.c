@@ -19,51 +19,39 @@ static int of_points(const Array *points)
 
 static PyObject *nearest_of_beams(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
-    Array ranges, cosines, sines, points;
+    Beams beams;
+    Array points;
     double place[2], reach;
     PyObject *found = NULL;
-    Py_ssize_t *beams = NULL, near = 0;
     if (!takes("nearest_of_beams", 5, count) || !of_tuple(arguments[3], 2, place) ||
-        !numbers(arguments + 4, 1, &reach) || !opened(arguments[0], &ranges, "d", 0))
+        !numbers(arguments + 4, 1, &reach) || !beams_opened(arguments, &beams))
         return NULL;
-    if (!opened(arguments[1], &cosines, "d", 0))
-        goto ranges_open;
-    if (!opened(arguments[2], &sines, "d", 0))
-        goto cosines_open;
-    if (cosines.columns != ranges.columns || sines.columns != ranges.columns) {
-        PyErr_SetString(PyExc_ValueError, "there is one direction for each range");
-        goto sines_open;
-    }
-    beams = malloc((ranges.columns + 1) * sizeof(Py_ssize_t));
-    if (!beams) {
+    Py_ssize_t *nearest = malloc((beams.ranges.columns + 1) * sizeof(Py_ssize_t)), near = 0;
+    if (!nearest) {
         PyErr_NoMemory();
-        goto sines_open;
+        goto beams_open;
     }
-    for (Py_ssize_t first = 0; first + STRIDE <= ranges.columns; first += STRIDE) {
+    for (Py_ssize_t first = 0; first + STRIDE <= beams.ranges.columns; first += STRIDE) {
         double least = INFINITY;
         for (Py_ssize_t beam = first; beam < first + STRIDE; beam++)
-            if (NUMBER(ranges, beam) < reach && NUMBER(ranges, beam) < least) {
-                least = NUMBER(ranges, beam);
-                beams[near] = beam;
+            if (NUMBER(beams.ranges, beam) < reach && NUMBER(beams.ranges, beam) < least) {
+                least = NUMBER(beams.ranges, beam);
+                nearest[near] = beam;
             }
         near += isfinite(least) ? 1 : 0;
     }
     found = made(&points, near, 2);
     if (!found)
-        goto sines_open;
+        goto beams_open;
     for (Py_ssize_t index = 0; index < near; index++) {
-        double range = NUMBER(ranges, beams[index]);
-        ENTRY(points, index, 0) = place[0] + range * NUMBER(cosines, beams[index]);
-        ENTRY(points, index, 1) = place[1] + range * NUMBER(sines, beams[index]);
+        double range = NUMBER(beams.ranges, nearest[index]);
+        ENTRY(points, index, 0) = place[0] + range * NUMBER(beams.cosines, nearest[index]);
+        ENTRY(points, index, 1) = place[1] + range * NUMBER(beams.sines, nearest[index]);
     }
     closed(&points);
-sines_open:
-    free(beams);
-    closed(&sines);
-cosines_open:
-    closed(&cosines);
-ranges_open:
-    closed(&ranges);
+beams_open:
+    free(nearest);
+    beams_closed(&beams);
     return found;
 }
 

@@ -48,6 +48,38 @@ static void closed(Array *array)
     PyBuffer_Release(&array->view);
 }
 
+/* Ranges, and the direction of each as its cosine and its sine. */
+typedef struct {
+    Array ranges, cosines, sines;
+} Beams;
+
+static inline void beams_closed(Beams *beams)
+{
+    closed(&beams->sines);
+    closed(&beams->cosines);
+    closed(&beams->ranges);
+}
+
+/* From the first three of a kernel's arguments; 0 with an exception set. */
+static inline int beams_opened(PyObject *const *arguments, Beams *beams)
+{
+    if (!opened(arguments[0], &beams->ranges, "d", 0))
+        return 0;
+    if (!opened(arguments[1], &beams->cosines, "d", 0))
+        goto ranges_open;
+    if (!opened(arguments[2], &beams->sines, "d", 0))
+        goto cosines_open;
+    if (beams->cosines.columns == beams->ranges.columns && beams->sines.columns == beams->ranges.columns)
+        return 1;
+    PyErr_SetString(PyExc_ValueError, "there is one direction for each range");
+    closed(&beams->sines);
+cosines_open:
+    closed(&beams->cosines);
+ranges_open:
+    closed(&beams->ranges);
+    return 0;
+}
+
 /* In place of a number of rows: an array of one dimension. */
 #define VECTOR -1
 

@@ -8,6 +8,9 @@ from pathlib import Path
 
 from maze_machine.errors import UsageError
 
+PICTURES = (".png", ".svg", ".pdf", ".jpg")
+"""The suffixes of a picture of a run or a map."""
+
 
 def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | str] = ()) -> None:
     """Make sure that nothing is written over what the same command reads or writes.

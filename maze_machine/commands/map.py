@@ -22,7 +22,6 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     help="Show a map that a run has saved.",
 )
-PICTURES = (".png", ".svg", ".pdf", ".jpg")
 WIDTH, HEIGHT = 78, 24
 """Of the plan, characters."""
 
@@ -52,7 +51,7 @@ def show(
     """
     from json import dumps
 
-    from maze_machine.arguments.files import check_outputs, check_suffix
+    from maze_machine.arguments.files import PICTURES, check_outputs, check_suffix
     from perception.map_document import read_map
     from perception.saved_map import start_of, world_of
     from perception.settings import PerceptionSettings

@@ -54,7 +54,6 @@ if TYPE_CHECKING:
     from transport.realtime import RealtimeRobot
 
 DEFAULT_MAZE = "final_2015"
-PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
 
 def run(
@@ -271,10 +270,11 @@ def result_of(
     files: dict[str, Path],
 ) -> Result:
     """The result of an attempt; the files that were written of it are added to those of the run."""
+    from maze_machine.report.outputs import kind_of
     from maze_machine.report.result import Result
 
     written = outputs.of_attempt(attempt.number).files
-    files |= {kind + _nth(attempt): file for kind, file in written.items()}
+    files |= {kind_of(kind, attempt.number): file for kind, file in written.items()}
     counts = link_counts(attempt.robot)
     return Result(mission.machine.name, mission.parameters, attempt.ending, files, counts, told)
 
@@ -283,14 +283,11 @@ def picture_of(
     attempt: Attempt, file: Path, world: SimulatedWorld | None, title: str, losses: list[str]
 ) -> dict[str, Path]:
     """The picture of an attempt, by its kind; empty where the disk did not take it."""
-    from maze_machine.report.outputs import numbered
+    from maze_machine.report.outputs import kind_of, numbered
 
     drawn = numbered(file, attempt.number)
-    return {"picture" + _nth(attempt): drawn} if has_picture(drawn, world, attempt, title, losses) else {}
-
-
-def _nth(attempt: Attempt) -> str:
-    return "" if attempt.number == 1 else f" {attempt.number}"
+    kept = has_picture(drawn, world, attempt, title, losses)
+    return {kind_of("picture", attempt.number): drawn} if kept else {}
 
 
 def say(result: Result, *, json: bool) -> None:
@@ -352,7 +349,7 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
     Raises:
         UsageError: a recording of practice, or a picture of no known format, was asked for.
     """
-    from maze_machine.arguments.files import check_suffix
+    from maze_machine.arguments.files import PICTURES, check_suffix
 
     if practice and record is not None:
         raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")

@@ -85,7 +85,7 @@ class RunMaps:
         Returns:
             Its file by its kind; empty, with a sentence in the losses, where the robot has none.
         """
-        from maze_machine.report.outputs import numbered
+        from maze_machine.report.outputs import kind_of, numbered
         from perception.map_document import write_map
         from perception.saved_map import document_of
 
@@ -101,7 +101,7 @@ class RunMaps:
         except OSError as error:
             losses.append(f"no map: {error.filename or file}: {error.strerror}")
             return {}
-        return {"map" if attempt.number == 1 else f"map {attempt.number}": file}
+        return {kind_of("map", attempt.number): file}
 
 
 def _place(at: str, document: MapDocument, file: Path) -> Pose:

@@ -52,9 +52,7 @@ def read_condition(text: str, chart: Chart) -> BreakCondition:
     if expected.within is not None:
         raise BreakConditionError("remove `within`: a condition holds at one point")
     for claim in expected.claims:
-        if not isinstance(claim.content, InState | ConditionHolds) and not (
-            isinstance(claim.content, Performs) and not claim.content.action
-        ):
+        if not claim.lasts:
             raise BreakConditionError(f"`{claim.text}` is known only at the end of a step; use `expect` in the console")
     return BreakCondition(text, expected)
 

@@ -43,9 +43,7 @@ def stopping_point(text: str, mission: Mission) -> Reached:
     if expected.within is not None:
         raise UsageError("remove `within`: a run stops at one moment")
     for one in expected.claims:
-        if not isinstance(one.content, InState | ConditionHolds) and not (
-            isinstance(one.content, Performs) and not one.content.action
-        ):
+        if not one.lasts:
             raise UsageError(f"`{one.text}` is over within a step", "name a state, a line or a condition")
     return _Coming(mission, expected.claims)
 

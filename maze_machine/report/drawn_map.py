@@ -26,10 +26,8 @@ def drawn_map(surveyor: Surveyor, frame: Pose) -> SeenMap | None:
         return None
     poses = [compose(frame, surveyor.keyframe(number)) for number in range(len(clouds))]
     points = np.concatenate([placed(cloud.points, pose) for cloud, pose in zip(clouds, poses, strict=True)], axis=1)
-    known, turn = (
-        certainties(surveyor.mapper.graph, surveyor.mapper.loops.paths),
-        frame.heading + surveyor.start.heading,
-    )
+    known = certainties(surveyor.mapper.graph, surveyor.mapper.loops.paths)
+    turn = frame.heading + surveyor.start.heading
     spreads = [
         Spread(poses[number].x, poses[number].y, *known[number].turned(turn).ellipse)
         for number in range(0, len(poses), max(1, len(poses) // SPREADS))

@@ -108,6 +108,11 @@ def numbered(file: Path, attempt: int) -> Path:
     return file if attempt == 1 else file.with_stem(f"{file.stem}-{attempt}")
 
 
+def kind_of(kind: str, attempt: int) -> str:
+    """The key of a file in the result of an attempt: its kind for the first one, such as ``map 2`` for the second."""
+    return kind if attempt == 1 else f"{kind} {attempt}"
+
+
 class TextStream:
     """Writes a text line by line until the disk fails; the rest is dropped."""
 

@@ -94,6 +94,14 @@ class ExpectationClause:
     content: InState | Performs | Raises | ConditionHolds
     text: str
 
+    @property
+    def lasts(self) -> bool:
+        """Whether it can hold at any moment: a state, a condition or an activity, not what is over within a step."""
+        match self.content:
+            case Raises() | Performs(action=True):
+                return False
+        return True
+
 
 @dataclass(frozen=True, slots=True)
 class Expectation:

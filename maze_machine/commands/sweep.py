@@ -72,6 +72,7 @@ def sweep(
     """
     import os
 
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.campaign.cluster import on_cluster
     from maze_machine.campaign.columns import columns_in
     from maze_machine.campaign.jobs import Setup, jobs_of
@@ -85,6 +86,7 @@ def sweep(
 
     if scheduler is not None and workers is not None:
         raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
+    check_outputs({"--out": out, "--columns": columns}, [*_each(machines), *_each(mazes)])
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     words.choices()
     setup = Setup(default_robot(robot), tuple(settings or ()), time_limit, words)

@@ -89,3 +89,14 @@ def test_what_breaks_off_leaves_no_half_file(tmp_path):
     with pytest.raises((TypeError, ValueError), match="late"), columns_in(tmp_path / "runs.parquet") as write:
         write([*RECORDS, {**FAULTY, "time": "late"}])
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("given", [["--out", "one", "--columns", "one"], ["--out", "two", "--columns", "a.maze"]])
+def test_columns_do_not_replace_what_the_sweep_reads_or_writes(tmp_path, monkeypatch, given):
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "a.maze"):
+        (tmp_path / name).write_text("kept")
+    done = CliRunner().invoke(app, ["sweep", "--machines", "pledge", "--mazes", "a.maze", *given])
+    assert done.exit_code == 2, done.output
+    assert "would overwrite" in done.stderr or "are one file" in done.stderr
+    assert [(tmp_path / name).read_text() for name in ("one", "a.maze")] == ["kept", "kept"]

@@ -91,7 +91,7 @@ class Generator:
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
-        self._keys: dict[int, tuple[SignalValue, int, bool]] = {}
+        self._calls: dict[int, tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]] = {}
         self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
@@ -314,14 +314,21 @@ class Generator:
 
     def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
         """Where the generated code keeps the value of a call within a step."""
-        found = self._keys.get(id(call))
+        _, slot, changing, arguments = self._prepared(call)
+        return (slot, *arguments(None, {}, values, ())) if changing else slot
+
+    def given(self, call: SignalValue, values: Sequence[Any]) -> tuple[Any, ...]:
+        """The arguments of a call."""
+        return self._prepared(call)[3](None, {}, values, ())
+
+    def _prepared(self, call: SignalValue) -> tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]:
+        """A call, its slot, whether its arguments can change, and the function of these: found once for each object."""
+        found = self._calls.get(id(call))
         if found is None:
-            # The call is kept with its slot, so that its id remains its own.
-            found = self._keys[id(call)] = call, self.slot(call), self.changing(call)
-        _, slot, changing = found
-        if not changing:
-            return slot
-        return (slot, *self.arguments(call.arguments)(None, {}, values, ()))
+            # The call is kept with the rest, so that its id remains its own.
+            found = call, self.slot(call), self.changing(call), self.arguments(call.arguments)
+            self._calls[id(call)] = found
+        return found
 
     def changing(self, call: SignalValue) -> bool:
         """Whether the arguments of a call can change during a run."""

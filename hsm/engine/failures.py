@@ -145,8 +145,7 @@ class Failures:
             error, self.error = self.error, None
         if error is None:
             try:
-                arguments = generator.arguments(call.arguments)(None, {}, values, ())
-                value = self._step.memo[key] = call.signal.function(self._step.facts, *arguments)
+                value = self._step.memo[key] = call.signal.function(self._step.facts, *generator.given(call, values))
             except Exception as raised:
                 error = raised
             else:

@@ -14,7 +14,8 @@ from hsm.engine.inputs import parameter_value, typed, wanted_type
 from hsm.engine.limits import within_limits
 from hsm.model.chart import EventData, Model
 from hsm.model.messages import Adjustment, Occurrence, OutsideInput
-from hsm.model.registry import EventField, Parameter
+from hsm.model.registry import EnumerationClass, EventField, Parameter
+from hsm.model.types import Type
 from hsm.model.unparse import value_text
 from hsm.model.written import value_of
 
@@ -114,12 +115,8 @@ def _written_adjustment(model: Model, text: str) -> Adjustment:
     name, _, value = (one.strip() for one in text.partition("="))
     parameter = _parameter(model, name)
     enumeration = next((one for one in model.enumerations if one.__name__ == str(parameter.type)), None)
-    try:
-        found = value_of(value, parameter.type, enumeration)
-    except ValueError as way_out:
-        message = f"`{value:.{_WIDEST}}` is not a value for parameter `{name} : {parameter.type}`"
-        raise ValueError(f"{message}: {way_out}") from None
-    return _adjustment(model, name, found)
+    subject = f"parameter `{name} : {parameter.type}`"
+    return _adjustment(model, name, _value(subject, parameter.type, enumeration, value))
 
 
 def _adjustment(model: Model, name: str, value: Any) -> Adjustment:
@@ -150,16 +147,19 @@ def _parts(model: Model, text: str) -> tuple[str, Mapping[str, Any]]:
             name, value = (list(fields)[position] if fields else ""), name
         if name in found:
             raise ValueError(f"`{name}` of event `{written[1]}` is given twice in `{text:.{_WIDEST}}`")
-        found[name] = _value(written[1], fields[name], value) if name in fields else value
+        if name in fields:
+            field = fields[name]
+            subject = f"`{name} : {field.type}` of event `{written[1]}`"
+            value = _value(subject, field.type, field.enumeration, value)
+        found[name] = value
     return written[1], found
 
 
-def _value(event: str, field: EventField, text: str) -> Any:
+def _value(subject: str, kind: Type, enumeration: EnumerationClass | None, text: str) -> Any:
     try:
-        return value_of(text, field.type, field.enumeration)
+        return value_of(text, kind, enumeration)
     except ValueError as way_out:
-        message = f"`{text:.{_WIDEST}}` is not a value for `{field.name} : {field.type}` of event `{event}`"
-        raise ValueError(f"{message}: {way_out}") from None
+        raise ValueError(f"`{text:.{_WIDEST}}` is not a value for {subject}: {way_out}") from None
 
 
 def _data(declared: EventData, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -267,7 +267,7 @@ class Planner:
         # SCXML enters a state again that was not left, where a history inside it is the target of its own transition.
         again = [state for state in entry.states if source and state in source.active and state not in exited]
         ending = [
-            *(one for one in taken if one not in repeated),
+            *taken,
             *(index for state in (*exited, *again) for index in self._states[state].transitions),
         ]
         disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index) and index not in repeated)

@@ -15,7 +15,7 @@ from hsm.engine.occurrences import checked_events
 from hsm.engine.run_state import PendingFault
 from hsm.engine.snapshots import SavedRun, from_json, to_json
 from hsm.model.events import StateEvent
-from hsm.model.messages import Adjustment, Occurrence, OutsideInput
+from hsm.model.messages import OutsideInput
 from hsm.model.registry import E, F
 
 
@@ -73,7 +73,7 @@ def advance(
     machine: CompiledChart,
     run: SavedRun,
     time: float,
-    events: Sequence[StateEvent | PendingFault | str | Occurrence | Adjustment],
+    events: Sequence[StateEvent | PendingFault | OutsideInput],
     facts: object,
 ) -> tuple[SavedRun, Macrostep]:
     """One step in full on a run as a value; ``finished`` stays as it is."""

@@ -106,9 +106,7 @@ def _clusters(graph: Any) -> Iterator[Any]:
 def _node(node: Any) -> Box | None:
     if not node.attr["pos"] or node.attr["style"] == "invis":
         return None
-    x, y = (float(one) for one in node.attr["pos"].split(","))
-    wide, high = 36 * float(node.attr["width"]), 36 * float(node.attr["height"])
-    return Box(x - wide, y - high, x + wide, y + high)
+    return _around(node.attr["pos"], 36 * float(node.attr["width"]), 36 * float(node.attr["height"]))
 
 
 def _title(cluster: Any) -> Box | None:
@@ -116,9 +114,7 @@ def _title(cluster: Any) -> Box | None:
     attributes = dict(cluster.graph_attr)
     if not attributes.get("lp"):
         return None
-    x, y = (float(one) for one in attributes["lp"].split(","))
-    wide, high = 36 * float(attributes["lwidth"]), 36 * float(attributes["lheight"])
-    return Box(x - wide, y - high, x + wide, y + high)
+    return _around(attributes["lp"], 36 * float(attributes["lwidth"]), 36 * float(attributes["lheight"]))
 
 
 def _label(edge: Any) -> Box | None:
@@ -128,7 +124,12 @@ def _label(edge: Any) -> Box | None:
     lines = text.replace(r"\n", r"\l").removesuffix(r"\l").split(r"\l")
     size = float(edge.attr["fontsize"] or 11)
     wide, high = _GLYPH * size * max(map(len, lines)) / 2, _LINE * size * len(lines) / 2
-    x, y = (float(one) for one in edge.attr["lp"].split(","))
+    return _around(edge.attr["lp"], wide, high)
+
+
+def _around(middle: str, wide: float, high: float) -> Box:
+    """The box around a middle; its half width and half height are given."""
+    x, y = (float(one) for one in middle.split(","))
     return Box(x - wide, y - high, x + wide, y + high)
 
 

@@ -96,8 +96,10 @@ def _assigned(document: Document, before: str) -> Type | None:
     if declared is not None:
         return document.type_named(declared[1])
     assigned = re.search(r"/(?:.*,)?\s*(\w+)\s*=\s*$", before)
+    if assigned is None:
+        return None
     known = {one.label: one.type for one in vocabulary.variables(document)}
-    return None if assigned is None else known.get(assigned[1])
+    return known.get(assigned[1])
 
 
 def _beginning(document: Document, due: Type | None) -> list[Entry]:

@@ -240,7 +240,8 @@ def take_in(facts: Facts, world: WorldModel) -> None:
     """
     world.move(facts.observation.odometry)
     world.survey(facts.sweep)
-    world.align(facts.compass)
+    if world.reckoned:
+        world.align(facts.compass)
     if world.surveyor and world.surveyor.drawing:
         world.notice_doors(facts.doors)
     world.follow_lane(facts.sweep, facts.robot.footprint)

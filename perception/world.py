@@ -145,9 +145,14 @@ class WorldModel:
         self.turned += step.turn
         self.pose = moved(self.pose, step)
 
+    @property
+    def reckoned(self) -> bool:
+        """Whether the pose is dead reckoning: there is no map, or the robot is lost on it."""
+        return self.surveyor is None or self.surveyor.knowledge is Knowledge.LOST
+
     def align(self, compass: Compass) -> None:
-        """Correct the heading by the compass; the first known compass gives the frame its axes."""
-        if not compass.known or (self.surveyor and self.surveyor.knowledge is not Knowledge.LOST):
+        """Correct a reckoned heading by the compass; the first known compass gives the frame its axes."""
+        if not compass.known:
             return
         if self._aligned:
             heading = corrected(self.pose.heading, compass, self.settings.compass.world_angle, self.settings.odometry)

@@ -75,19 +75,17 @@ class _Pairs:
 
 @dataclass(frozen=True, slots=True)
 class _Equations:
-    """The constraint of pairs on a pose: information and gradient in the robot's frame, and their distance.
+    """The constraint of pairs on a pose: information and gradient in the robot's frame.
 
     Attributes:
         information: of the pose.
         gradient: of half the squared deviations.
         scale: how many times as far apart as the noise of readings makes them, at least 1.
-        deviation: m.
     """
 
     information: Symmetric
     gradient: tuple[float, float, float]
     scale: float
-    deviation: float
 
 
 def matched(
@@ -130,8 +128,9 @@ def matched(
             break
         reach = max(settings.closest, reach * 0.7)
     said = _equations(pairs, pose, scale, settings)
-    seen = said.information.limited(settings.common * said.deviation, settings.common_lever)
-    return Match(pose, seen, seen.plus(prior) if prior is not None else seen, pairs.share, said.deviation)
+    deviation = said.scale * math.sqrt(_median(pairs.variances))
+    seen = said.information.limited(settings.common * deviation, settings.common_lever)
+    return Match(pose, seen, seen.plus(prior) if prior is not None else seen, pairs.share, deviation)
 
 
 def _reach_of(prior: Symmetric, settings: MatchSettings) -> float:
@@ -200,9 +199,8 @@ def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings)
     along_y = np.sum(weighed[1] * rows[1:], axis=1).tolist()
     turn = np.sum(weighed[2] * rows[2:], axis=1).tolist()
     information = Symmetric(along_x[0], along_x[1], along_x[2], along_y[0], along_y[1], turn[0])
-    deviation = measured * math.sqrt(_median(pairs.variances))
     information, gradient = _without_noise_of_normals(information, (along_x[3], along_y[2], turn[1]), settings.weak)
-    return _Equations(information, gradient, measured, deviation)
+    return _Equations(information, gradient, measured)
 
 
 def _without_noise_of_normals(

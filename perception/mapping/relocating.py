@@ -129,6 +129,11 @@ class Hypothesis:
     since: Reckoning
     looks: int = 1
 
+    def move(self, step: Pose) -> None:
+        """Follow odometry."""
+        self.match = replace(self.match, pose=compose(self.match.pose, step))
+        self.since.move(step)
+
 
 @dataclass(slots=True)
 class Relocation:
@@ -158,9 +163,7 @@ class Relocation:
             return
         self._since = compose(self._since, step)
         for one in self.hypotheses:
-            match = one.match
-            one.match = Match(compose(match.pose, step), match.seen, match.information, match.share, match.deviation)
-            one.since.move(step)
+            one.move(step)
 
     def look(self, sweep: ScanPoints) -> Hypothesis | None:
         """Take in a scan; returns the robot's place once it is sure."""
@@ -192,10 +195,7 @@ class Relocation:
                 fitting.append(found)
             yield
         for one in fitting[: place.hypotheses]:
-            match = one.match
-            now = compose(match.pose, self._since)
-            one.match = Match(now, match.seen, match.information, match.share, match.deviation)
-            one.since.move(self._since)
+            one.move(self._since)
         self.hypotheses = fitting[: place.hypotheses]
 
     def _normals(self) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from perception.mapping.agreement import agreement_of
 from perception.mapping.cloud import cloud_of
@@ -29,19 +30,22 @@ AHEAD = 5.5
 """The direction of a way is that of the place this many radii of the robot along it."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class KnownWays:
     """What the map says of ways, until it changes.
 
     Attributes:
         changes: how often the map had been changed.
         plan: the ways from where the robot was then.
-        edges: the pieces of the edge of what has been seen, each with its direction.
     """
 
     changes: int
     plan: ShortestWays
-    edges: tuple[EdgeAhead, ...]
+
+    @cached_property
+    def edges(self) -> tuple[EdgeAhead, ...]:
+        """The pieces of the edge of what has been seen, each with its direction; asked for before the map changes."""
+        return self.plan.edges(AHEAD * self.plan.radius)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +124,7 @@ class Surveyor:
             radius: of the robot, m.
         """
         if self._ways is None or self._ways.changes != self.free_space.changes:
-            plan = self.plan(radius)
-            self._ways = KnownWays(self.free_space.changes, plan, plan.edges(AHEAD * radius))
+            self._ways = KnownWays(self.free_space.changes, self.plan(radius))
         return self._ways
 
     @property

@@ -11,8 +11,8 @@ from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
 from skills.steering.way import along_way
-from skills.strategies.destinations import WITHIN, way_to
-from transport.arithmetic import atan2, cos, distance_between, norm, sin
+from skills.strategies.destinations import before, nearest_door, way_to
+from transport.arithmetic import atan2, distance_between, norm
 from transport.messages import Command, Pose, Twist
 from transport.section import Point
 
@@ -150,9 +150,10 @@ class GoToDoor(OnMap):
         """The next velocity."""
         plan = self._new_plan(facts)
         if plan is not None:
+            away = self.settings.explore.before_door
             if self._door is None:
-                self._door = self._nearest(facts, plan)
-            self._way = way_to(plan, self._before(self._door)) if self._door else ()
+                self._door = nearest_door(plan, facts.world.untried_doors(), away)
+            self._way = way_to(plan, before(self._door, away)) if self._door else ()
         if self._door is None:
             return NONE
         if not self._way:
@@ -167,16 +168,3 @@ class GoToDoor(OnMap):
             return Command(self.steering(facts).turn(turn, (0.0, 0.0)))
         facts.world.dismiss_door(self._door)
         return DONE
-
-    def _before(self, door: DoorPlace) -> Point:
-        away = self.settings.explore.before_door
-        return door.centre[0] - away * cos(door.facing), door.centre[1] - away * sin(door.facing)
-
-    def _nearest(self, facts: Facts, plan: ShortestWays) -> DoorPlace | None:
-        """The dead end to which the way is the shortest."""
-        reached = []
-        for number, door in enumerate(facts.world.untried_doors()):
-            cell = plan.nearest(self._before(door), WITHIN)
-            if cell is not None:
-                reached.append((float(plan.distance[cell]), number, door))
-        return min(reached, key=lambda one: one[:2])[2] if reached else None

@@ -92,26 +92,33 @@ def goal_of(facts: Facts, plan: ShortestWays, destination: Destination) -> Point
             marked = None if world.marked is None else world.marks.places.pose_of(world.marked)
             return None if marked is None else (marked.x, marked.y)
         case Destination.DOOR:
-            return _nearest(plan, [before(door) for door in world.untried_doors()])
+            door = nearest_door(plan, world.untried_doors(), BEFORE_DOOR)
+            return None if door is None else before(door, BEFORE_DOOR)
         case Destination.EDGE:
             edges = world.surveyor.ways(facts.robot.radius).edges
             nearest = min(edges, key=lambda edge: edge.frontier.distance, default=None)
             return None if nearest is None else nearest.frontier.place
 
 
-def before(door: DoorPlace) -> Point:
-    """The place in front of a dead end, m."""
-    return door.centre[0] - BEFORE_DOOR * cos(door.facing), door.centre[1] - BEFORE_DOOR * sin(door.facing)
+def before(door: DoorPlace, away: float) -> Point:
+    """The place so far in front of a dead end, m."""
+    return door.centre[0] - away * cos(door.facing), door.centre[1] - away * sin(door.facing)
 
 
-def _nearest(plan: ShortestWays, places: list[Point]) -> Point | None:
-    """Of several places the one to which the way is the shortest; None where none can be reached."""
+def nearest_door(plan: ShortestWays, doors: list[DoorPlace], away: float) -> DoorPlace | None:
+    """Of several dead ends the one to whose front the way is the shortest; None where none can be reached.
+
+    Args:
+        plan: the ways from the robot.
+        doors: the dead ends.
+        away: the way ends so far in front of them, m.
+    """
     reached = []
-    for number, place in enumerate(places):
-        cell = plan.nearest(place, WITHIN)
+    for number, door in enumerate(doors):
+        cell = plan.nearest(before(door, away), WITHIN)
         if cell is not None:
-            reached.append((float(plan.distance[cell]), number, place))
-    return min(reached)[2] if reached else None
+            reached.append((float(plan.distance[cell]), number, door))
+    return min(reached, key=lambda one: one[:2])[2] if reached else None
 
 
 def turn_to(facts: Facts, route: Way) -> float:

@@ -154,7 +154,7 @@ class _Writing:
                     self.unshown.append(goal)
                     continue
                 own.append(scenario)
-                left = [one for one in left if not self._shown_by(scenario, one)]
+                left = self._not_shown_by(scenario, left)
             self.written += [(one, owner) for one in reversed(own)]
 
     def mutants(self, search: _Search) -> None:
@@ -178,11 +178,11 @@ class _Writing:
     def _shows(self, goal: Goal, _scenario: Scenario, driver: Driver) -> bool:
         return shown(self.machine, goal, driver)
 
-    def _shown_by(self, scenario: Scenario, goal: Goal) -> bool:
-        """Whether a scenario happens to reach another goal as well."""
+    def _not_shown_by(self, scenario: Scenario, goals: Sequence[Goal]) -> list[Goal]:
+        """Those of some other goals that a scenario does not happen to reach as well."""
         seen: list[Driver] = []
         run_scenario(scenario, self.machine, self.tick, [seen.append])
-        return bool(seen) and shown(self.machine, goal, seen[-1])
+        return [one for one in goals if not (seen and shown(self.machine, one, seen[-1]))]
 
     def _smallest(self, title: str, way: Sequence[ExploredStep], state: int, shows: Shows) -> Scenario | None:
         """The smallest scenario from a run that shows something; None if none does."""

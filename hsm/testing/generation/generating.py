@@ -19,7 +19,7 @@ from hsm.testing.exploration.exploring import AskingRegions, ExploredMoment, Exp
 from hsm.testing.generation.distinguishing import distinguishing_steps
 from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, owner_of, shown, title_of
 from hsm.testing.generation.recording import About, Minimiser, Shows, named, surroundings
-from hsm.testing.mutation.mutating import notice, structural
+from hsm.testing.mutation.mutating import notice, structural, trial
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.proving import examine
@@ -159,9 +159,10 @@ class _Writing:
 
     def mutants(self, search: _Search) -> None:
         """A scenario for each mutant that those of its own state do not kill."""
+        trials = [(trial(one, self.machine, self.tick), owner) for one, owner in self.written]
         for mutant in structural(self.machine.model):
-            near = [one for one, owner in self.written if mutant.state in (0, owner)]
-            if notice(mutant, self.machine, near, self.tick):
+            near = (one for one, owner in trials if mutant.state in (0, owner) and one.reaches(mutant))
+            if notice(mutant, near):
                 continue
             changed = scripted_machine(mutant.model)
 
@@ -173,6 +174,7 @@ class _Writing:
                 scenario = self._smallest(title, way, mutant.state, kills)
                 if scenario is not None:
                     self.written.append((scenario, mutant.state))
+                    trials.append((trial(scenario, self.machine, self.tick), mutant.state))
                     break
 
     def _shows(self, goal: Goal, _scenario: Scenario, driver: Driver) -> bool:

@@ -21,7 +21,7 @@ from typing import Any
 from hsm.engine.configuration import Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
-from hsm.model.chart import Action, Call, Defer, Model, On, State, Transition, When
+from hsm.model.chart import Action, Call, Model, On, State, Transition, When
 from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import EventValue, VariableValue
 from hsm.model.rewriting import parts_of
@@ -86,8 +86,7 @@ class _Places:
 def _places(machine: Machine) -> _Places | None:
     """The places of a machine; None where not all are known."""
     model = machine.model
-    waiting = any(isinstance(one.trigger, Defer) for one in model.transitions)
-    if waiting or model.members or unsupported(model) is not None:
+    if model.defers_events() or model.members or unsupported(model) is not None:
         return None
     try:
         free = [FREE] * len(model.parameters)

@@ -430,6 +430,10 @@ class Model:
         """What an event carries; None where that is nothing."""
         return next((one for one in self.event_data if one.event == event), None)
 
+    def defers_events(self) -> bool:
+        """Whether some events wait until another state is active."""
+        return any(isinstance(one.trigger, Defer) for one in self.transitions)
+
     def adjustable_named(self, parameter: str) -> Adjustable | None:
         """The bounds of an adjustable parameter; None where it is not adjustable."""
         return next((one for one in self.adjustable if one.parameter == parameter), None)

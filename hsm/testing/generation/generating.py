@@ -19,7 +19,7 @@ from hsm.testing.exploration.exploring import AskingRegions, ExploredMoment, Exp
 from hsm.testing.generation.distinguishing import distinguishing_steps
 from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, owner_of, shown, title_of
 from hsm.testing.generation.recording import About, Minimiser, Shows, named, surroundings
-from hsm.testing.mutation.mutating import notice, structural
+from hsm.testing.mutation.mutating import notice, structural, trial
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.proving import examine
@@ -154,14 +154,15 @@ class _Writing:
                     self.unshown.append(goal)
                     continue
                 own.append(scenario)
-                left = [one for one in left if not self._shown_by(scenario, one)]
+                left = self._not_shown_by(scenario, left)
             self.written += [(one, owner) for one in reversed(own)]
 
     def mutants(self, search: _Search) -> None:
         """A scenario for each mutant that those of its own state do not kill."""
+        trials = [(trial(one, self.machine, self.tick), owner) for one, owner in self.written]
         for mutant in structural(self.machine.model):
-            near = [one for one, owner in self.written if mutant.state in (0, owner)]
-            if notice(mutant, self.machine, near, self.tick):
+            near = (one for one, owner in trials if mutant.state in (0, owner) and one.reaches(mutant))
+            if notice(mutant, near):
                 continue
             changed = scripted_machine(mutant.model)
 
@@ -173,16 +174,17 @@ class _Writing:
                 scenario = self._smallest(title, way, mutant.state, kills)
                 if scenario is not None:
                     self.written.append((scenario, mutant.state))
+                    trials.append((trial(scenario, self.machine, self.tick), mutant.state))
                     break
 
     def _shows(self, goal: Goal, _scenario: Scenario, driver: Driver) -> bool:
         return shown(self.machine, goal, driver)
 
-    def _shown_by(self, scenario: Scenario, goal: Goal) -> bool:
-        """Whether a scenario happens to reach another goal as well."""
+    def _not_shown_by(self, scenario: Scenario, goals: Sequence[Goal]) -> list[Goal]:
+        """Those of some other goals that a scenario does not happen to reach as well."""
         seen: list[Driver] = []
         run_scenario(scenario, self.machine, self.tick, [seen.append])
-        return bool(seen) and shown(self.machine, goal, seen[-1])
+        return [one for one in goals if not (seen and shown(self.machine, one, seen[-1]))]
 
     def _smallest(self, title: str, way: Sequence[ExploredStep], state: int, shows: Shows) -> Scenario | None:
         """The smallest scenario from a run that shows something; None if none does."""

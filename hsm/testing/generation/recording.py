@@ -85,10 +85,7 @@ class Minimiser:
                 if driver.outcome is not None:
                     return None
                 steps.append(one)
-                if one.after is None:
-                    driver.step(one.signals, one.reports, one.events)
-                else:
-                    driver.wait(one.after, one.signals, one.reports, one.events)
+                driver.perform(one)
                 recorder.expect()
         except (MachineFault, LookupError):
             return None

@@ -15,12 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from hsm.engine.configuration import Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
-from hsm.model.chart import Action, Call, Defer, Model, On, State, Transition, When
+from hsm.model.chart import Action, Call, Model, On, State, Transition, When
 from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import EventValue, VariableValue
 from hsm.model.rewriting import parts_of
@@ -49,21 +50,21 @@ class Equivalence:
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
-        self._known: _Places | None = None
-        self._tried = False
 
     def proved(self, mutant: Mutant) -> bool:
         """Whether a mutant is proved equivalent; where it is not, it may be so nevertheless."""
         if not _alike(self._machine.model, mutant.model):
             return False
-        if not self._tried:
-            self._tried, self._known = True, _places(self._machine)
         if self._known is None:
             return False
         try:
             return _Comparison(self._known, scripted_machine(mutant.model)).same()
         except (NoRun, Undecided, TooMany):
             return False
+
+    @cached_property
+    def _known(self) -> _Places | None:
+        return _places(self._machine)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +86,7 @@ class _Places:
 def _places(machine: Machine) -> _Places | None:
     """The places of a machine; None where not all are known."""
     model = machine.model
-    waiting = any(isinstance(one.trigger, Defer) for one in model.transitions)
-    if waiting or model.members or unsupported(model) is not None:
+    if model.defers_events() or model.members or unsupported(model) is not None:
         return None
     try:
         free = [FREE] * len(model.parameters)

@@ -53,6 +53,38 @@ class Survey:
         return 100.0 * self.killed / total if total else 100.0
 
 
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A scenario that passes on a machine, to be run on the machine's mutants.
+
+    Attributes:
+        scenario: which one.
+        tick: seconds from one step to the next.
+        coverage: what it exercised of the machine.
+    """
+
+    scenario: Scenario
+    tick: float
+    coverage: Coverage
+
+    def reaches(self, mutant: Mutant) -> bool:
+        """Whether the scenario comes to the mutation; otherwise its result does not change."""
+        coverage = self.coverage
+        if not mutant.transitions:
+            return mutant.state == 0 or mutant.state in coverage.states
+        return any(
+            index in coverage.guards
+            or index in coverage.transitions
+            or (_unmarked(mutant.model.transitions[index]) and mutant.state in coverage.states)
+            for index in mutant.transitions
+        )
+
+
+def trial(scenario: Scenario, machine: Machine, tick: float) -> Trial:
+    """Run a scenario on a machine, scripted, to see which mutants it reaches."""
+    return Trial(scenario, tick, run_scenario(scenario, machine, tick).coverage)
+
+
 def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) -> Survey:
     """Run the scenarios of a machine on each of its mutants.
 
@@ -62,18 +94,13 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
         among: gives the mutants; by default all.
     """
     machine = scripted_machine(model)
-    trials = [
-        (one, suite.tick, run_scenario(one, machine, suite.tick).coverage)
-        for suite in suites
-        for one in suite.scenarios
-    ]
+    trials = [trial(one, machine, suite.tick) for suite in suites for one in suite.scenarios]
     killed = 0
     survivors, equivalent, reached = list[Mutant](), list[Mutant](), dict[int, int]()
     equivalence = Equivalence(machine)
     for mutant in (among or mutants)(model):
-        mutated = scripted_machine(mutant.model)
-        reaching = [(scenario, tick) for scenario, tick, coverage in trials if _reaches(coverage, mutant)]
-        if any(not run_scenario(scenario, mutated, tick).passed for scenario, tick in reaching):
+        reaching = [one for one in trials if one.reaches(mutant)]
+        if notice(mutant, reaching):
             killed += 1
         elif equivalence.proved(mutant):
             equivalent.append(mutant)
@@ -83,18 +110,6 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
     return Survey(killed, tuple(survivors), tuple(equivalent), reached)
 
 
-def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
-    """Whether a run with this coverage reached the mutation; otherwise its result does not change."""
-    if not mutant.transitions:
-        return mutant.state == 0 or mutant.state in coverage.states
-    return any(
-        index in coverage.guards
-        or index in coverage.transitions
-        or (_unmarked(mutant.model.transitions[index]) and mutant.state in coverage.states)
-        for index in mutant.transitions
-    )
-
-
 def _unmarked(transition: Transition) -> bool:
     """Whether a transition may have been looked at although no path through its guard was marked."""
     return isinstance(transition.trigger, Timed) or (
@@ -102,21 +117,10 @@ def _unmarked(transition: Transition) -> bool:
     )
 
 
-def notice(mutant: Mutant, machine: Machine, scenarios: Sequence[Scenario], tick: float) -> bool:
-    """Whether some scenarios kill a mutant.
-
-    Args:
-        mutant: the mutant.
-        machine: the machine, scripted.
-        scenarios: they pass on the machine.
-        tick: seconds from one step to the next.
-    """
+def notice(mutant: Mutant, trials: Iterable[Trial]) -> bool:
+    """Whether some scenarios kill a mutant; all of them reach it."""
     mutated = scripted_machine(mutant.model)
-    return any(
-        not run_scenario(one, mutated, tick).passed
-        for one in scenarios
-        if _reaches(run_scenario(one, machine, tick).coverage, mutant)
-    )
+    return any(not run_scenario(one.scenario, mutated, one.tick).passed for one in trials)
 
 
 def mutants(model: Model) -> Iterator[Mutant]:

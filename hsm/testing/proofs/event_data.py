@@ -12,7 +12,6 @@ from typing import Any
 
 from hsm.engine.machine import Machine
 from hsm.engine.occurrences import event_text
-from hsm.model.chart import Defer
 from hsm.model.messages import Occurrence
 from hsm.model.types import Type
 from hsm.testing.proofs.points import AnyOf, CarriedEvent, Place, Point, Queued, Waiting
@@ -43,7 +42,7 @@ class EventSymbols:
             declared.event: [(slots[declared.variable(part)], part.name, part.type) for part in declared.fields]
             for declared in model.event_data
         }
-        self.deferring = any(isinstance(one.trigger, Defer) for one in model.transitions)
+        self.deferring = model.defers_events()
 
     def types(self, event: str) -> list[Type]:
         """The types of what an event carries."""

@@ -17,7 +17,6 @@ from hsm.model.chart import (
     After,
     Assign,
     Cancel,
-    Defer,
     Emit,
     Every,
     Held,
@@ -91,7 +90,7 @@ def slices(model: Model, stated: Sequence[Property]) -> list[Slice]:
         The slices; one, the machine itself, where its regions depend on one another.
     """
     regions = _regions(model)
-    if len(regions) < 2 or any(isinstance(one.trigger, Defer) for one in model.transitions):
+    if len(regions) < 2 or model.defers_events():
         return [Slice(model, stated)]
     parts = _parts(model, regions)
     needed = {region: _closed(model, parts, regions, {region}) for region in regions}

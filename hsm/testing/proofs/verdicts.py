@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 from hsm.engine.inputs import follow
-from hsm.model.chart import Defer, Model
+from hsm.model.chart import Model
 from hsm.model.expressions import VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import shown_text
@@ -84,8 +84,7 @@ class Assumptions:
         counting = sorted(counters(model))
         counted = [f"fewer than 2^32 changes of {', '.join(counting)}: no overflow"] if counting else []
         told = ["what one member sends to another comes from it alone"] if model.members else []
-        kept = any(isinstance(one.trigger, Defer) for one in model.transitions)
-        deferring = ["no more than 1000 events are deferred at once"] if kept else []
+        deferring = ["no more than 1000 events are deferred at once"] if model.defers_events() else []
         return [
             f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
             "each step: any signals, any outcomes of running activities, any sequence of events, including raised ones",

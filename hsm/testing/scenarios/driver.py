@@ -12,6 +12,7 @@ from hsm.engine.machine import Machine
 from hsm.engine.macrostep import Macrostep
 from hsm.model.chart import Model, Raise, Send
 from hsm.model.expressions import Expression, SignalValue
+from hsm.testing.scenarios.scenarios import Stimulus
 from hsm.testing.scenarios.script import Performed, Script, ScriptedFault, scripted_machine
 
 TICK = 0.1
@@ -151,6 +152,14 @@ class Driver:
         self.raised[:0] = raised
         self.sent[:0] = sent
         return self.last
+
+    def perform(self, stimulus: Stimulus) -> None:
+        """One step of a scenario, after its wait if there is one; errors as for ``step``."""
+        self.fail(stimulus.failing)
+        if stimulus.after is None:
+            self.step(stimulus.signals, stimulus.reports, stimulus.events)
+        else:
+            self.wait(stimulus.after, stimulus.signals, stimulus.reports, stimulus.events)
 
     def running(self, name: str) -> tuple[str, ...]:
         """The active states whose activity runs and has this name, or the state itself that has it."""

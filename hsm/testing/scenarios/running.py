@@ -150,12 +150,8 @@ class _Run:
         driver, self._place = self._driven(), step.place
         if driver.outcome is not None:
             raise _Unmet(f"the machine ended before, as {driver.outcome}", step.place)
-        driver.fail(step.failing)
         try:
-            if step.after is None:
-                driver.step(step.signals, step.reports, step.events)
-            else:
-                driver.wait(step.after, step.signals, step.reports, step.events)
+            driver.perform(step)
         except LookupError as error:
             raise _Unmet(str(error.args[0]), step.place) from None
         except MachineFault as error:

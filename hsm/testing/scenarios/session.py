@@ -365,11 +365,7 @@ class Session:
                 if unmet := await_claims(driver, step):
                     raise SessionError(f"not so: {', '.join(one.text for one in unmet)}")
                 return text
-            driver.fail(step.failing)
-            if step.after is None:
-                driver.step(step.signals, step.reports, step.events)
-            else:
-                driver.wait(step.after, step.signals, step.reports, step.events)
+            driver.perform(step)
         except _Break:
             return f"after {driver.time - began:.10g} s"
         except LookupError as error:

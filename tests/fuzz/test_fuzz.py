@@ -21,7 +21,7 @@ import time
 import traceback
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -166,8 +166,8 @@ OPEN = {"method": "textDocument/didOpen", "params": {"textDocument": OPENED}}
 
 
 @cache
-def language_server() -> tuple[MachineServer, list[Exception]]:
-    """A server, and what its own functions have raised; pygls answers what it cannot read itself."""
+def language_server() -> tuple[Callable[..., None], list[Exception]]:
+    """What sends messages to a server, and what its own functions have raised; pygls answers what it cannot read."""
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
     started, raised = make_server(lambda _file: library(), "1"), []
 
@@ -177,38 +177,49 @@ def language_server() -> tuple[MachineServer, list[Exception]]:
             raised.append(error)
 
     started.report_server_error = report
-    started.protocol.set_writer(Nowhere())
-    asyncio.run(tell(started, INITIALIZE))
-    return started, raised
+    editor = Editor()
+    started.protocol.set_writer(editor)
+    loop = asyncio.new_event_loop()
+    loop.run_until_complete(tell(started, editor, INITIALIZE))
+    return lambda *messages: loop.run_until_complete(tell(started, editor, *messages)), raised
 
 
 def server(_name: str, content: bytes, _folder: Path) -> None:
     """A message of the language server protocol, with a machine open."""
-    started, raised = language_server()
+    send, raised = language_server()
     try:
         message = json.loads(content)
     except ValueError:
         return
     if isinstance(message, dict):
-        asyncio.run(tell(started, OPEN, message))
+        send(OPEN, message)
         assert not raised
 
 
-async def tell(started: MachineServer, *messages: dict[str, object]) -> None:
+async def tell(started: MachineServer, editor: Editor, *messages: dict[str, object]) -> None:
     for message in messages:
-        body = json.dumps({"jsonrpc": "2.0", **message})
-        try:
-            started.protocol.handle_message(json.loads(body, object_hook=started.protocol.structure_message))
-        except (JsonRpcException, AttributeError):
-            continue  # of pygls: no request that it knows
+        receive(started, message)
         await asyncio.sleep(0)
+    while editor.asked:
+        receive(started, {"id": editor.asked.pop(), "result": None})
 
 
-class Nowhere:
-    """Where the server's answers go."""
+def receive(started: MachineServer, message: dict[str, object]) -> None:
+    body = json.dumps({"jsonrpc": "2.0", **message})
+    with suppress(JsonRpcException, AttributeError):  # of pygls: no request that it knows
+        started.protocol.handle_message(json.loads(body, object_hook=started.protocol.structure_message))
+
+
+class Editor:
+    """Where the server's messages go; ``asked`` are the requests among them."""
+
+    def __init__(self) -> None:
+        self.asked: list[object] = []
 
     def write(self, data: bytes) -> None:
-        json.loads(data.split(b"\r\n\r\n", 1)[1])
+        message = json.loads(data.split(b"\r\n\r\n", 1)[1])
+        if "method" in message and "id" in message:
+            self.asked.append(message["id"])
 
     def close(self) -> None:
         return

@@ -200,7 +200,7 @@ def test_logs_are_read_over():
 )
 def test_what_is_wrong_is_said_by_name_with_its_place(body, code, words):
     with pytest.raises(MachineError) as raised:
-        chart(body)
+        chart(body, 'datamodel="null"')
     found = [one for one in raised.value.diagnostics if one.code == code]
     assert found
     assert words in found[0].message

@@ -93,6 +93,7 @@ class Generator:
         self._opened: dict[int, tuple[int, ...]] = {}
         self._calls: dict[int, tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]] = {}
         self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
+        self._begun: dict[int, Callable[..., tuple[Any, ...]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
@@ -294,6 +295,15 @@ class Generator:
         writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
         run: Callable[..., tuple[Any, ...]] = self._written(writer, "run")
         return run
+
+    def begun(self, state: int) -> Callable[..., tuple[Any, ...]]:
+        """A function of ``(f, m, v, c)`` that returns the arguments of a state's activity, made once."""
+        found = self._begun.get(state)
+        if found is None:
+            call = self.model.states[state].activity
+            assert call is not None, "only states with an activity begin one"
+            found = self._begun[state] = self.arguments(call.arguments)
+        return found
 
     def test(self, condition: Expression) -> Callable[..., Any]:
         """A function of ``(f, m, v, c)`` that returns the value of a condition, made once for each condition object."""

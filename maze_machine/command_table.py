@@ -84,8 +84,7 @@ _SUBCOMMANDS = (
         "new",
         WRITE,
         "new:new",
-        "Make a project: a machine, its tests, the library of a small robot, a loop that drives "
-        "it, editor and CI files.",
+        "Make a project: a machine, its tests, a library of its own, something that it drives, editor and CI files.",
     ),
     Subcommand(
         "check",

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from maze_machine.drive.mission import Ending
 
 SUFFIX = ".maze-test"
-LIBRARY = "maze_machine.catalogue.library:robot_library"
 
 _measurements: pytest.StashKey[Measurements] = pytest.StashKey()
 _libraries: pytest.StashKey[Library] = pytest.StashKey()
@@ -55,7 +54,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--machine-coverage-append", action="store_true", help="add to the data of earlier runs and other processes"
     )
-    parser.addini("machine_library", "the library of machines, as module:function", default=LIBRARY)
+    parser.addini("machine_library", "the library of machines, as module:function; default: the project's", default="")
     parser.addini("machine_require", "the required verdict of properties: proved, bounded or nothing", default="")
 
 
@@ -92,13 +91,19 @@ def _require_packages(*, simulator: bool = False) -> None:
 def _library(config: pytest.Config) -> Library:
     """The library, made once per process."""
     _require_packages()
-    from maze_machine.catalogue.library import named_library
-    from maze_machine.errors import UsageError
+    from maze_machine.catalogue.library import chosen_library, named_library, robot_library
+    from maze_machine.errors import CommandError
 
     if _libraries not in config.stash:
+        named = str(config.getini("machine_library"))
         try:
-            config.stash[_libraries] = named_library(str(config.getini("machine_library")), config.rootpath)
-        except UsageError as error:
+            # pytest runs the Python code of its folder anyway, so nobody is asked whether to trust it.
+            config.stash[_libraries] = (
+                named_library(named, config.rootpath)
+                if named
+                else chosen_library(None, config.rootpath, robot_library, vouched=True)
+            )
+        except CommandError as error:
             way_out = f"; {error.way_out}" if error.way_out else ""
             raise pytest.UsageError(f"machine_library: {error}{way_out}") from None
     return config.stash[_libraries]

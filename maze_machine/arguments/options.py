@@ -182,8 +182,8 @@ LibraryOption = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:NAME",
-        help="The names that machines may use: MODULE:NAME of a Library, or a function that makes one. Default: that "
-        "of the project, or of the maze robots.",
+        help="The names that machines may use: MODULE:NAME of a Library, or of a function that makes one or adds names "
+        "to the shipped one. Default: that of the project, or of the maze robots.",
     ),
 ]
 

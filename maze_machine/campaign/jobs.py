@@ -37,12 +37,14 @@ class Setup:
         settings: what overrides the profile, each ``section.key=value``.
         time_limit: s on the robot's clock after which a run is aborted; None for no limit but the maze's own.
         maze: the options for all mazes.
+        library: what machines may name, as ``MODULE:NAME``; None for that of their projects.
     """
 
     robot: str = "pico"
     settings: tuple[str, ...] = ()
     time_limit: float | None = None
     maze: MazeWords = AS_THE_FILE_SAYS
+    library: str | None = None
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -137,7 +139,8 @@ def way_of(setup: Setup, name: str) -> dict[str, float]:
 @lru_cache(maxsize=16)
 def mission_of(setup: Setup, machine: str) -> Mission:
     """The mission of all jobs with a machine."""
-    return prepare(machine, load_profile(setup.robot, setup.settings), time_limit=setup.time_limit)
+    profile = load_profile(setup.robot, setup.settings)
+    return prepare(machine, profile, time_limit=setup.time_limit, library=setup.library)
 
 
 @lru_cache(maxsize=16)

@@ -68,7 +68,10 @@ class Results:
     def __init__(self, file: Path, setup: Setup, jobs: Sequence[Job]) -> None:
         self._file = file
         self._jobs = jobs
-        self._setup = json.loads(json.dumps(asdict(setup)))
+        said = asdict(setup)
+        if setup.library is None:  # results of sweeps without the option continue
+            del said["library"]
+        self._setup = json.loads(json.dumps(said))
         self._files = _fingerprints(setup, jobs)
         self._done: dict[Job, Record] = {}
         self._given = 0

@@ -6,9 +6,11 @@ import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
@@ -72,7 +74,7 @@ def chosen_library(
 
     Args:
         named: ``MODULE:NAME``, or None.
-        machine: the machine's file; None for the project of the current folder.
+        machine: the machine's file, or a folder of machines; None for the present folder.
         shipped: returns the shipped library for driving; by default only its declarations, with the constants of the
             project's robot.
         ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
@@ -82,25 +84,34 @@ def chosen_library(
         UsageError: there is no such library, or its project is not trusted.
         FileError: the project's settings are wrong.
     """
-    if named is not None:
-        return named_library(named)
     is_shipped = machine is not None and machine.resolve().parent == SHIPPED.resolve()
-    project = None if is_shipped else find_project(Path.cwd() if machine is None else machine.resolve().parent)
-    if project is None:
-        return shipped() if shipped is not None else robot_names()
-    if project.library is None:
-        library = shipped() if shipped is not None else _names_for(project)
-    else:
+    project = None if is_shipped else find_project(Path.cwd() if machine is None else machine.resolve())
+    whole = shipped or partial(_library_for, project)
+    if named is not None:
+        library = named_library(named, shipped=whole)
+    elif project is not None and project.library is not None:
         if not vouched:
             require_trust(project, ask)
-        library = named_library(project.library, project.folder)
-    return replace(library, folders=[*project.machines, *library.folders])
+        library = named_library(project.library, project.folder, whole)
+    else:
+        library = shipped() if shipped is not None else _names_for(project)
+    return library if project is None else replace(library, folders=[*project.machines, *library.folders])
 
 
-def _names_for(project: Project) -> RobotLibrary:
+def _library_for(project: Project | None) -> RobotLibrary:
+    """The shipped library as the robot of a project has it."""
+    if project is None or project.robot is None:
+        return robot_library()
+    from maze_machine.catalogue.profile import load_profile  # noqa: PLC0415 - only where a project has its own robot
+
+    profile = load_profile(project.robot)
+    return robot_library(profile.skills, profile.robot)
+
+
+def _names_for(project: Project | None) -> RobotLibrary:
     """The names of the shipped library, with the constants of a project's robot."""
     names = robot_names()
-    if project.robot is None:
+    if project is None or project.robot is None:
         return names
     # Only a project with its own robot loads the modules that compute a robot's constants.
     from maze_machine.catalogue.constants import robot_constants  # noqa: PLC0415
@@ -110,25 +121,41 @@ def _names_for(project: Project) -> RobotLibrary:
     return replace(names, constants={**names.constants, **robot_constants(profile.robot, profile.skills).constants})
 
 
-def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
+def named_library(
+    name: str, folder: Path | None = None, shipped: Callable[[], RobotLibrary] = robot_library
+) -> RobotLibrary:
     """A library of your own, by its name.
 
     Args:
-        name: ``module:function`` for a function that gives the library, or ``module:name`` for the library itself.
+        name: ``module:name`` for the library itself, or ``module:function`` for a function that gives it: one without
+            arguments, or one that is given the shipped library and adds names to it.
         folder: where modules are looked for as well; by default the present folder.
+        shipped: returns the library that such a function is given.
 
     Raises:
         UsageError: there is no such library.
     """
+    found = _imported(name, (folder or Path.cwd()).resolve())
+    try:
+        made = found if isinstance(found, Library) else found(shipped()) if _takes_one(found) else found()
+    except Exception as error:  # the module is foreign: any exception is an error in it, not in this program
+        raise UsageError(f"`{name}` gives no library: {_fault(error)}") from None
+    if not isinstance(made, Library):
+        raise UsageError(f"`{name}` gives no library but {made!r}")
+    return made
+
+
+def _imported(name: str, folder: Path) -> Any:
+    """The object of a module that is named ``module:name``; the module may lie in a folder."""
     module, _, attribute = name.partition(":")
     if not all(part.isidentifier() for part in (*module.split("."), attribute)):
         raise UsageError(f"`{name}` names no library", "give a module and a function, such as `my_robot:library`")
-    place = str((folder or Path.cwd()).resolve())
+    place = str(folder)
     if place not in sys.path:
         sys.path.insert(0, place)
     try:
         require_packages()
-        found = getattr(import_module(module), attribute)
+        return getattr(import_module(module), attribute)
     except HiddenPackageError as error:
         raise UsageError(str(error)) from None
     except ModuleNotFoundError as error:
@@ -138,15 +165,14 @@ def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
         raise UsageError(f"there is no module `{module}`", way_out) from None
     except AttributeError:
         raise UsageError(f"module `{module}` has no `{attribute}`") from None
-    except Exception as error:  # the module is foreign: any exception is an error in it, not in this program
+    except Exception as error:  # the module is foreign, as above
         raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None
-    try:
-        made = found if isinstance(found, Library) else found()
-    except Exception as error:
-        raise UsageError(f"`{name}` gives no library: {_fault(error)}") from None
-    if not isinstance(made, Library):
-        raise UsageError(f"`{name}` gives no library but {made!r}")
-    return made
+
+
+def _takes_one(function: Callable[..., object]) -> bool:
+    """Whether a function must be given one argument."""
+    needed = [one for one in signature(function).parameters.values() if one.default is Parameter.empty]
+    return [one.kind in {Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD} for one in needed] == [True]
 
 
 def _fault(error: Exception) -> str:

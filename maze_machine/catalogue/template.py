@@ -9,26 +9,40 @@ from pathlib import Path
 from maze_machine.errors import FileError, UsageError
 from transport.files import write_text
 
-_PLACES = {
-    "maze-machine.toml": "maze-machine.toml",
-    "machine.maze-machine": "@NAME@.maze-machine",
-    "machine.maze-test": "@NAME@.maze-test",
-    "robot.py": "@PACKAGE@.py",
-    "drive.py": "drive.py",
-    "README.md": "README.md",
-    "editor/settings.json": ".vscode/settings.json",
-    "ci/machines.yml": ".github/workflows/machines.yml",
+_PROJECT = {
+    "project/maze-machine.toml": "maze-machine.toml",
+    "project/machine.maze-machine": "@NAME@.maze-machine",
+    "project/machine.maze-test": "@NAME@.maze-test",
+    "project/robot.py": "@PACKAGE@.py",
+    "project/drive.py": "drive.py",
+    "project/README.md": "README.md",
+    "project/editor/settings.json": ".vscode/settings.json",
+    "project/ci/machines.yml": ".github/workflows/machines.yml",
 }
-"""Where each file of the template goes."""
+"""Where each file goes of a project for a robot of any kind."""
+_ROBOT = {
+    "robot/maze-machine.toml": "maze-machine.toml",
+    "robot/machine.maze-machine": "@NAME@.maze-machine",
+    "robot/machine.maze-test": "@NAME@.maze-test",
+    "robot/robot.py": "@PACKAGE@.py",
+    "robot/robot.toml": "robot.toml",
+    "robot/room.maze": "room.maze",
+    "robot/README.md": "README.md",
+    "project/editor/settings.json": ".vscode/settings.json",
+    "robot/ci/machines.yml": ".github/workflows/machines.yml",
+}
+"""The same for a robot with a laser that the shipped skills drive."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
-def make_project(name: str, folder: Path) -> list[Path]:
-    """Write a project with a machine, its tests, and the library of a small robot.
+def make_project(name: str, folder: Path, *, robot: bool = False) -> list[Path]:
+    """Write a project with a machine, its tests, and a library of its own.
 
     Args:
         name: the machine's.
         folder: where to; made if it is missing.
+        robot: whether the machine drives a robot with a laser, by the shipped skills too; else a toy of another kind,
+            with a loop of its own.
 
     Returns:
         The files that were written.
@@ -40,7 +54,8 @@ def make_project(name: str, folder: Path) -> list[Path]:
     if not _NAME.fullmatch(name):
         raise UsageError(f"`{name}` cannot name a machine", "use lower-case letters, digits and underscores: my_robot")
     words = {"@NAME@": name, "@PACKAGE@": f"{name}_robot"}
-    texts = {folder / _filled(place, words): _filled(_text(source), words) for source, place in _PLACES.items()}
+    places = _ROBOT if robot else _PROJECT
+    texts = {folder / _filled(place, words): _filled(_text(source), words) for source, place in places.items()}
     for path in texts:
         if path.exists():
             raise FileError(f"{path} exists already", "choose another name or folder; nothing was written")
@@ -54,7 +69,7 @@ def make_project(name: str, folder: Path) -> list[Path]:
 
 
 def _text(source: str) -> str:
-    return (files("maze_machine.templates") / "project" / f"{source}.in").read_text(encoding="utf-8")
+    return (files("maze_machine.templates") / f"{source}.in").read_text(encoding="utf-8")
 
 
 def _filled(text: str, words: dict[str, str]) -> str:

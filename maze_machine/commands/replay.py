@@ -11,6 +11,7 @@ import typer
 from maze_machine.arguments.completion import complete_machine
 from maze_machine.arguments.options import (
     JsonOption,
+    LibraryOption,
     OdometryTopicOption,
     RecordedRobotOption,
     ScanTopicOption,
@@ -43,6 +44,7 @@ def replay(
     settings: SettingsOption = None,
     scan: ScanTopicOption = None,
     odometry: OdometryTopicOption = None,
+    library: LibraryOption = None,
     trace: TraceOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -81,7 +83,7 @@ def replay(
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     if machine is None and Path(recorded.run.get("machine", "")).suffix:
         print(f"the recording's machine is {recorded.run['machine'][:200]!r}", file=sys.stderr)
-    mission = recorded_mission(recorded, machine, profile if asked else None)
+    mission = recorded_mission(recorded, machine, profile if asked else None, library)
     check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
     losses: list[str] = []
     transitions = Transitions()

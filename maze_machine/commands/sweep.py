@@ -15,6 +15,7 @@ from maze_machine.arguments.options import (
     GoalOption,
     GreyOption,
     JsonOption,
+    LibraryOption,
     ObjectsOption,
     PixelOption,
     RobotOption,
@@ -55,6 +56,7 @@ def sweep(
     ] = None,
     robot: RobotOption = None,
     settings: SettingsOption = None,
+    library: LibraryOption = None,
     time_limit: TimeLimitOption = None,
     columns: Annotated[
         Path | None,
@@ -89,7 +91,7 @@ def sweep(
     check_outputs({"--out": out, "--columns": columns}, [*_each(machines), *_each(mazes)])
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     words.choices()
-    setup = Setup(default_robot(robot), tuple(settings or ()), time_limit, words)
+    setup = Setup(default_robot(robot), tuple(settings or ()), time_limit, words, library)
     jobs = jobs_of(_each(machines), _each(mazes), seeds)
     loss = ""
     with locked(out, controller_name()):

@@ -10,6 +10,7 @@ import typer
 from maze_machine.arguments.options import (
     HostOption,
     IdentityOption,
+    LibraryOption,
     OdometryTopicOption,
     PortOption,
     RecordedRobotOption,
@@ -52,6 +53,7 @@ def view(
     settings: SettingsOption = None,
     scan: ScanTopicOption = None,
     odometry: OdometryTopicOption = None,
+    library: LibraryOption = None,
     identity: IdentityOption = None,
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
@@ -91,7 +93,7 @@ def view(
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     body = recorded_profile(recorded, profile if asked else None)
-    head, frames, verdict = _told(recorded, body, sights=not no_sights)
+    head, frames, verdict = _told(recorded, body, library, sights=not no_sights)
     write_text(page, replay_page(head, frames, verdict))
     print(page)
     if foxglove is not None:
@@ -99,13 +101,15 @@ def view(
         print(foxglove)
 
 
-def _told(recorded: Recording, profile: Profile, *, sights: bool) -> tuple[Frame, list[Frame], Frame | None]:
+def _told(
+    recorded: Recording, profile: Profile, library: str | None, *, sights: bool
+) -> tuple[Frame, list[Frame], Frame | None]:
     """What the page gets of a recording: what does not change, the ticks, how it ended."""
     from maze_machine.report.pages import recorded_frames, recorded_head, recorded_verdict
     from perception import Perception
 
     perception = Perception(profile.robot, profile.perception) if sights else None
-    head = recorded_head(recorded, profile)
+    head = recorded_head(recorded, profile, library)
     return head, list(recorded_frames(recorded, perception)), recorded_verdict(recorded)
 
 

@@ -130,7 +130,7 @@ def recorded(asked: Asked, file: Path) -> Run:
     profile = chosen_profile(asked.robot, asked.program)
     recording = read_recording(file, period=profile.robot.period)
     chosen = profile if asked.robot is not None or "profile" not in recording.run else None
-    mission = recorded_mission(recording, asked.program, chosen)
+    mission = recorded_mission(recording, asked.program, chosen, asked.library)
     operator = recorded_operator(recording, mission.machine)
     return _driven(mission, asked, ReplayRobot(recording), None, operator)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ from hsm.engine.explanation import Verdict
 from hsm.engine.occurrences import event_text
 from hsm.model.chart import Model
 from hsm.model.unparse import value_text
-from maze_machine.catalogue.machines import shipped_machines
+from maze_machine.catalogue.library import RobotLibrary, chosen_library, robot_library
+from maze_machine.catalogue.machines import find_machine, shipped_machines
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive, prepare
 from maze_machine.drive.operation import Recorded
@@ -38,12 +40,12 @@ def described(mission: Mission, machine: str, more: Mapping[str, str] | None = N
 
     Args:
         mission: the run.
-        machine: the machine's file, or the name of a shipped one.
+        machine: the machine's file, or its name.
         more: further entries.
     """
     return {
         **(more or {}),
-        "machine": machine if machine in shipped_machines() else str(Path(machine).resolve()),
+        "machine": machine if machine in shipped_machines() else str(find_machine(machine).resolve()),
         "parameters": json.dumps(dict(mission.parameters)),
         "profile": mission.profile.model_dump_json(),
     }
@@ -128,13 +130,16 @@ def _with_laser(profile: Profile, recording: Recording) -> Profile:
     return profile.model_copy(update={"robot": profile.robot.model_copy(update={"laser": seen})})
 
 
-def recorded_mission(recording: Recording, machine: str | None = None, robot: Profile | None = None) -> Mission:
+def recorded_mission(
+    recording: Recording, machine: str | None = None, robot: Profile | None = None, library: str | None = None
+) -> Mission:
     """The mission of a recorded run.
 
     Args:
         recording: the run.
         machine: another machine to use instead, with its default parameters; None for the same one.
         robot: another profile; None for the recorded one.
+        library: what the machine may name, as ``MODULE:NAME``; by default that of its project.
 
     Raises:
         FileError: the recording does not name its machine, or that does not exist any more.
@@ -142,14 +147,34 @@ def recorded_mission(recording: Recording, machine: str | None = None, robot: Pr
     """
     profile = recorded_profile(recording, robot)
     if machine is not None:
-        return prepare(machine, profile)
+        return prepare(machine, profile, library=library)
     if not {"machine", "parameters"} <= set(recording.run):
         raise FileError("the recording does not name its machine", "give a machine before the recording")
     try:
         parameters = _PARAMETERS.validate_json(recording.run["parameters"])
     except (ValueError, RecursionError):
         raise FileError("the recording has invalid parameters of its machine") from None
-    return prepare(named_machine(recording), profile, [(name, str(value)) for name, value in parameters.items()])
+    written = [(name, str(value)) for name, value in parameters.items()]
+    return prepare(named_machine(recording), profile, written, library=library)
+
+
+def recorded_library(recording: Recording, profile: Profile, named: str | None = None) -> RobotLibrary:
+    """The library of a recorded run's machine; nobody is asked to trust anything.
+
+    Args:
+        recording: the run.
+        profile: the robot's.
+        named: the library as ``MODULE:NAME``; None for that of the machine's project, or of the present folder's where
+            the machine's file is not here.
+
+    Raises:
+        UsageError: there is no such library, or its project is not trusted.
+        FileError: the project's settings are wrong.
+    """
+    said = recording.run.get("machine", "")
+    file = shipped_machines().get(said, Path(said))
+    whole = partial(robot_library, profile.skills, profile.robot)
+    return chosen_library(named, file if file.is_file() else None, whole, lambda _question: False)
 
 
 def named_machine(recording: Recording) -> str:

@@ -113,7 +113,7 @@ class _Ended(TypedDict):
 
 
 class PublishedTick(TickJson, total=False):
-    """A tick as it is published: with ``paused`` where the run stands after it, ``ended`` after the last."""
+    """A tick as it is published: with ``paused`` if the run is paused after it, ``ended`` after the last."""
 
     __pydantic_config__ = ConfigDict(extra="ignore")  # type: ignore[misc]  # a newer machine may say more
 
@@ -173,7 +173,9 @@ def read_machine(message: bytes) -> dict[str, Any]:
         known.add(state["name"])
     for transition in machine["transitions"]:
         if transition["source"] not in known and transition["source"] != machine["machine"]:
-            raise _refusal("description", f"a transition is of `{transition['source']}`, which is no state of it")
+            raise _refusal(
+                "description", f"a transition belongs to `{transition['source']}`, which is not a state of it"
+            )
     return machine
 
 

@@ -13,12 +13,13 @@ import numpy as np
 import hsm
 from hsm import MachineError, Model
 from hsm.interchange.reports import model_json
-from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.library import RobotLibrary
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.mission import Ending, Mission
-from maze_machine.drive.replay import MACHINES
+from maze_machine.drive.replay import MACHINES, recorded_library
 from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import Tick, shown_ranges
+from maze_machine.errors import CommandError
 from maze_machine.simulated.world import SimulatedWorld
 from maze_machine.view.drawings import Drawings, cleaned, drawable
 from maze_machine.view.page import Frame, head
@@ -114,16 +115,32 @@ class ShownRun:
         return _with_sights({**tick.json, "ranges": shown_ranges(tick.observation.scan)}, self._seen)
 
 
-def recorded_head(recording: Recording, profile: Profile) -> dict[str, Any]:
-    """The constant data of a recorded run for the page."""
+def recorded_head(recording: Recording, profile: Profile, library: str | None = None) -> dict[str, Any]:
+    """The constant data of a recorded run for the page.
+
+    Args:
+        recording: the run.
+        profile: the robot's.
+        library: what the machine may name, as ``MODULE:NAME``; None for that of its project.
+
+    Raises:
+        CommandError: there is no library of that name.
+    """
     said = recording.run
     title = f"{Path(said.get('machine', recording.robot)).stem}, {len(recording.ticks)} ticks"
     kept = {name: _kept(said.get(name)) for name in ("scene", "model", "sources")}
-    drawn = _recorded_drawings(kept["model"], kept["sources"], profile)
+    try:
+        names = recorded_library(recording, profile, library)
+    except CommandError as error:
+        if library is not None:
+            raise
+        drawn = {"undrawn": f"{error}: no picture of the machine", "drawings": {}}
+    else:
+        drawn = _recorded_drawings(kept["model"], kept["sources"], names)
     return {**head(title, profile.robot, kept["scene"], kept["model"], kept["sources"]), **drawn}
 
 
-def _recorded_drawings(model: Any, sources: Any, profile: Profile) -> dict[str, Any]:
+def _recorded_drawings(model: Any, sources: Any, library: RobotLibrary) -> dict[str, Any]:
     """The pictures of a recorded machine, made from its recorded text; or why there are none."""
     texts = sources if isinstance(sources, dict) else {}
     with TemporaryDirectory() as folder:
@@ -132,7 +149,7 @@ def _recorded_drawings(model: Any, sources: Any, profile: Profile) -> dict[str, 
                 (Path(folder) / name).write_text(str(text), encoding="utf-8")
         first = next(iter(texts), "")
         try:
-            machine = hsm.load(Path(folder) / str(first), robot_library(profile.skills, profile.robot))
+            machine = hsm.load(Path(folder) / str(first), library)
         except (MachineError, OSError, ValueError):
             return {"undrawn": "the recorded machine cannot be read here: no picture of it", "drawings": {}}
     if not isinstance(model, dict) or model.get("states") != model_json(machine.model, {})["states"]:

@@ -303,6 +303,16 @@ def test_what_is_meant_is_one_click_away(library):
     assert missing.edits[0].text == "\n    on done -> a"
 
 
+def test_a_missing_transition_leads_back_to_the_state_that_lacks_it(library):
+    text = (
+        "machine m\n\ninitial a\n\nstate a\n    initial b\n\n    state b\n        after 1 s -> over\n\n"
+        "    do rotate(90 deg)\n    when space.left -> over\n\nfinal over\n"
+    )
+    found = check_text(text, library, "m").diagnostics
+    (missing,) = (one for one in actions.fixes(Document(text, "m", library), found) if "on done" in one.title)
+    assert missing.edits[0].text == "\n    on done -> a"
+
+
 def test_units_that_a_line_does_not_show_are_hinted_at(library):
     text = (
         "machine m\nparam near : length = 20 cm\nparam far : length = 2 m # rad\nvar turned : angle = 90 deg # rad\n"

@@ -107,7 +107,7 @@ def test_a_tick_of_another_form_is_refused_with_its_place(change, reason):
         ({"states": [{**STATE, "parent": "idle"}]}, "before the one around it"),
         ({"states": [STATE, STATE]}, "there twice"),
         ({"states": [{**STATE, "index": -1}]}, "`states.0.index`"),
-        ({"transitions": [{**TRANSITION, "source": "nowhere"}]}, "no state of it"),
+        ({"transitions": [{**TRANSITION, "source": "nowhere"}]}, "not a state of it"),
         ({"transitions": [{**TRANSITION, "line": "4"}]}, "`transitions.0.line"),
         ({"page": {**PAGE, "period": 0}}, "`page.period` must be more than 0"),
         ({"page": {**PAGE, "footprint": [[0]]}}, "`page.footprint.0`"),

@@ -72,6 +72,71 @@ def test_the_loop_of_a_new_project_drives(vacuum):
     assert "charging" in done.stdout
 
 
+@pytest.fixture
+def courier(tmp_path, restored_modules, monkeypatch):
+    """A project for a robot that the shipped skills drive; it is the present folder."""
+    assert run("new", "courier", "--robot", "--folder", tmp_path / "courier")[0] == 0
+    monkeypatch.chdir(tmp_path / "courier")
+    return tmp_path / "courier"
+
+
+def test_a_new_project_of_a_robot_passes_its_checks_and_tests(courier):
+    assert json.loads(run("check", "--json")[1])["findings"] == []
+    status, told, _ = run("test", "courier.maze-machine", "--coverage", "--fail-under", 90, "--require", "proved")
+    assert status == 0, told
+    assert run("fmt", "--check", ".")[0] == 0
+
+
+def test_the_robot_of_a_new_project_drives_and_its_run_is_repeated(courier):
+    status, told, error = run("run", "courier", "--json", "--no-picture", "--record", "run.mcap")
+    assert (status, json.loads(told)["verdict"]["maze"]) == (0, "room"), error
+    assert json.loads(read_recording(Path("run.mcap")).run["profile"])["robot"]["name"] == "courier"
+    assert "no difference" in run("replay", "run.mcap")[1]
+    assert run("view", "run.mcap", "--no-sights")[0] == 0
+    assert '"undrawn":""' in Path("run.html").read_text(encoding="utf-8")
+
+
+def test_runs_take_a_library_on_the_command_line(courier):
+    (courier / "maze-machine.toml").write_text('robot = "robot.toml"\nmaze = "room.maze"\n', encoding="utf-8")
+    given = ("courier.maze-machine", "--library", "courier_robot:library")
+    driven = ("--no-picture", "--time-limit", 1, "--record", "run.mcap")
+    assert "narrow" in run("run", given[0], *driven)[2]
+    assert json.loads(run("run", *given, *driven, "--json")[1])["ticks"] > 1
+    status, _, told = run("replay", "run.mcap")
+    assert (status, "there is no signal or function `narrow`" in told) == (3, True), told
+    assert "no difference" in run("replay", "run.mcap", *given[1:])[1]
+    assert run("view", "run.mcap", "--no-sights", *given[1:])[0] == 0
+    assert '"undrawn":""' in Path("run.html").read_text(encoding="utf-8")
+    status, _, told = run("view", "run.mcap", "--library", "no_such:library")
+    assert (status, "there is no module `no_such`" in told) == (2, True)
+    campaign = ("--machines", given[0], "--mazes", "room.maze", "--time-limit", 1, "--out", "results.jsonl", "--json")
+    assert run("sweep", *campaign)[0] == 3
+    (only,) = json.loads(run("sweep", *campaign, *given[1:])[1])["machines"]
+    assert (only["machine"], only["runs"]) == (given[0], 1)
+
+
+def test_a_library_that_adds_to_the_shipped_one_has_the_projects_robot(courier):
+    assert run("list", "signals")[1].count("narrow(") == 1
+    shown = json.loads(run("list", "constants", "--json")[1])
+    (radius,) = (one for one in shown if one["name"] == "robot.radius")
+    assert radius["value"].startswith("0.212"), "half the diagonal of 0.3 m"
+
+
+def test_pytest_takes_the_library_of_the_project(vacuum):
+    # No setting names the library, and nobody is asked for trust: pytest runs the Python code of its folder anyway.
+    run("trust", "--remove", vacuum)
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "vacuum.maze-test"],
+        cwd=vacuum,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "6 passed" in done.stdout
+
+
 def test_nothing_is_overwritten(vacuum):
     (vacuum / "drive.py").write_text("mine", encoding="utf-8")
     status, _, told = run("new", "vacuum", "--folder", vacuum)
@@ -101,7 +166,9 @@ def stranger(tmp_path, restored_modules):
     return folder
 
 
-@pytest.mark.parametrize("command", [["check"], ["test"], ["diagram", "-o", "m.mmd"], ["export"], ["run"]])
+@pytest.mark.parametrize(
+    "command", [["check"], ["test"], ["diagram", "-o", "m.mmd"], ["export"], ["run"], ["simulate"]]
+)
 def test_code_of_an_untrusted_folder_never_runs(stranger, command):
     name, *rest = command
     status, _, told = run(name, stranger / "m.maze-machine", *rest)

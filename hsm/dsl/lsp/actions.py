@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.navigation import state_around
 from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
@@ -74,7 +75,7 @@ def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
         missing = _MISSING.fullmatch(one.suggestion or "")
         if missing is not None:
             indentation = " " * (len(text) - len(text.lstrip()))
-            target = _own_state(document, line) or "state"
+            target = state_around(document, line).name or "state"
             edit = Edit(line, len(text), line, len(text), f"\n{indentation}on {missing[1]} -> {target}")
             yield Fix(f"Add `on {missing[1]}`", one, (edit,))
         if one.place.end_line == one.place.line:
@@ -202,12 +203,3 @@ def _calls(items: Iterable[ast.Item]) -> Iterator[ast.CallSyntax]:
                 yield from (one for one in actions if isinstance(one, ast.CallSyntax))
             case ast.TransitionLine(actions=actions) | ast.InitialLine(actions=actions):
                 yield from (one for one in actions if isinstance(one, ast.CallSyntax))
-
-
-def _own_state(document: Document, line: int) -> str | None:
-    """The innermost state whose block has a line."""
-    found: str | None = None
-    for symbol in document.table.all_states():
-        if symbol.token is not None and symbol.parent is not None and (symbol.token.line or 1) - 1 <= line:
-            found = symbol.name
-    return found

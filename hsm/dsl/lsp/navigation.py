@@ -94,6 +94,13 @@ def block_end(document: Document, line: int) -> int:
     return last
 
 
+def state_around(document: Document, line: int) -> StateSymbol:
+    """The innermost state whose block has a line; the root of the machine outside of all blocks."""
+    begins = {((one.token.line or 1) - 1): one for one in document.table.all_states() if one.token is not None}
+    around = [first for first in begins if first <= line <= block_end(document, first)]
+    return begins[max(around)] if around else document.table.root
+
+
 def outline(document: Document) -> list[OutlineSymbol]:
     """The tree of declarations and states."""
     made: dict[int, list[OutlineSymbol]] = {}
@@ -232,10 +239,7 @@ def _event(document: Document, name: str) -> Span | None:
 
 def _ended(document: Document, line: int, outcome: str) -> Span | None:
     """The Python source of the activity that has an outcome: of the state around a line, or of one inside it."""
-    begins = {((one.token.line or 1) - 1): one for one in document.table.all_states() if one.token is not None}
-    around = [first for first in begins if first <= line <= block_end(document, first)]
-    state = begins[max(around)] if around else document.table.root
-    activities = (document.library.activities.get(name) for name in _activities(state))
+    activities = (document.library.activities.get(name) for name in _activities(state_around(document, line)))
     return next(
         (_python(document, one.name) for one in activities if one is not None and outcome in one.outcomes), None
     )

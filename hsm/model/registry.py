@@ -85,7 +85,7 @@ class Stoppable(Protocol):
 
 
 def stop_activity(activity: object) -> None:
-    """Tell an activity that its state is left, if it wants to know.
+    """Notify an activity that its state is left, if it has a method for that.
 
     Args:
         activity: any activity; one that is not `Stoppable` is left alone.

@@ -3,9 +3,10 @@
 The engine is Hypothesis rather than Atheris: it runs wherever the other tests run, under every Python that the project
 supports, and shrinks what it finds to a few bytes. It draws a batch of changes at a time, which costs a tenth of
 drawing them one by one; they are applied to the files of the committed corpus, ``corpus/TARGET/``. An input that
-failed once belongs there.
+failed once belongs there. Small files stand beside larger ones, because an input costs what its file costs.
 
-``FUZZ_INPUTS=1000000 FUZZ_SEED=$(date +%Y%m%d) pytest -n 0 -s tests/fuzz`` tries more, and others every night.
+``FUZZ_INPUTS=1000000 FUZZ_SEED=$(date +%Y%m%d) pytest -n 0 -s tests/fuzz`` tries more, and others every night; portions
+with different seeds add up. An input that takes more than ``LIMIT`` of processor time has failed.
 """
 
 from __future__ import annotations
@@ -14,12 +15,16 @@ import asyncio
 import json
 import logging
 import os
+import resource
+import signal
 import time
 import traceback
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, note, seed, settings
@@ -56,6 +61,10 @@ from transport.toml import TomlError, parse_toml
 CORPUS = Path(__file__).parent / "corpus"
 SEED = os.environ.get("FUZZ_SEED")
 INPUTS = int(os.environ.get("FUZZ_INPUTS", "2000"))
+LIMIT = 10.0
+"""The most processor time that one input may take, s."""
+MEMORY = Path("/dev/shm")
+"""Where files cost the least, if there is such a place."""
 BATCH, SIZE = 64, 22
 """How many inputs Hypothesis draws at once, and of how many bytes each."""
 WORDS = (
@@ -106,12 +115,10 @@ def editor(_name: str, content: bytes, _folder: Path) -> None:
     text = content.decode("utf-8", "replace")
     document = Document(text, "fuzz.maze-machine", library())
     outline(document)
-    for line in (1, 2 + len(content) % (text.count("\n") + 1)):
-        for column in (1, 9):
-            hover(document, line, column)
-            completions(document, line, column)
-            definition(document, line, column)
-            references(document, line, column)
+    where = zlib.crc32(content)
+    line, column = 1 + where % (text.count("\n") + 2), 1 + (where >> 16) % 30
+    for ask in (hover, completions, definition, references):
+        ask(document, line, column)
 
 
 @cache
@@ -159,8 +166,8 @@ OPEN = {"method": "textDocument/didOpen", "params": {"textDocument": OPENED}}
 
 
 @cache
-def language_server() -> tuple[MachineServer, list[Exception]]:
-    """A server, and what its own functions have raised; pygls answers what it cannot read itself."""
+def language_server() -> tuple[Callable[..., None], list[Exception]]:
+    """What sends messages to a server, and what its own functions have raised; pygls answers what it cannot read."""
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
     started, raised = make_server(lambda _file: library(), "1"), []
 
@@ -170,38 +177,49 @@ def language_server() -> tuple[MachineServer, list[Exception]]:
             raised.append(error)
 
     started.report_server_error = report
-    started.protocol.set_writer(Nowhere())
-    asyncio.run(tell(started, INITIALIZE))
-    return started, raised
+    editor = Editor()
+    started.protocol.set_writer(editor)
+    loop = asyncio.new_event_loop()
+    loop.run_until_complete(tell(started, editor, INITIALIZE))
+    return lambda *messages: loop.run_until_complete(tell(started, editor, *messages)), raised
 
 
 def server(_name: str, content: bytes, _folder: Path) -> None:
     """A message of the language server protocol, with a machine open."""
-    started, raised = language_server()
+    send, raised = language_server()
     try:
         message = json.loads(content)
     except ValueError:
         return
     if isinstance(message, dict):
-        asyncio.run(tell(started, OPEN, message))
+        send(OPEN, message)
         assert not raised
 
 
-async def tell(started: MachineServer, *messages: dict[str, object]) -> None:
+async def tell(started: MachineServer, editor: Editor, *messages: dict[str, object]) -> None:
     for message in messages:
-        body = json.dumps({"jsonrpc": "2.0", **message})
-        try:
-            started.protocol.handle_message(json.loads(body, object_hook=started.protocol.structure_message))
-        except (JsonRpcException, AttributeError):
-            continue  # of pygls: no request that it knows
+        receive(started, message)
         await asyncio.sleep(0)
+    while editor.asked:
+        receive(started, {"id": editor.asked.pop(), "result": None})
 
 
-class Nowhere:
-    """Where the server's answers go."""
+def receive(started: MachineServer, message: dict[str, object]) -> None:
+    body = json.dumps({"jsonrpc": "2.0", **message})
+    with suppress(JsonRpcException, AttributeError):  # of pygls: no request that it knows
+        started.protocol.handle_message(json.loads(body, object_hook=started.protocol.structure_message))
+
+
+class Editor:
+    """Where the server's messages go; ``asked`` are the requests among them."""
+
+    def __init__(self) -> None:
+        self.asked: list[object] = []
 
     def write(self, data: bytes) -> None:
-        json.loads(data.split(b"\r\n\r\n", 1)[1])
+        message = json.loads(data.split(b"\r\n\r\n", 1)[1])
+        if "method" in message and "id" in message:
+            self.asked.append(message["id"])
 
     def close(self) -> None:
         return
@@ -238,9 +256,11 @@ SETUP, JOBS = Setup(time_limit=1.0), jobs_of(["right_hand"], ["corridor"], 2)
 
 
 def results(_name: str, content: bytes, folder: Path) -> None:
+    """Taken up for no job, which reads no machine, and where that succeeds for two."""
     path = folder / "fuzz.jsonl"
     path.write_bytes(content)
     try:
+        Results(path, SETUP, [])
         Results(path, SETUP, JOBS)
     except CommandError as error:
         refused = "\n" not in str(error)
@@ -262,8 +282,8 @@ def question(_name: str, content: bytes, _folder: Path) -> None:
     read_answer(respond(Desk(), b"%s\n%08x" % (content, zlib.crc32(content)))[0])
 
 
-def recording(_name: str, content: bytes, folder: Path) -> None:
-    path = folder / "fuzz.mcap"
+def recording(name: str, content: bytes, folder: Path) -> None:
+    path = folder / name
     path.write_bytes(content)
     try:
         read_recording(path)
@@ -293,10 +313,36 @@ def corpus(folder: str) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted((CORPUS / folder).iterdir())}
 
 
+@pytest.fixture
+def scratch(tmp_path: Path) -> Iterator[Path]:
+    """A folder for inputs that are files, in memory where the system offers it."""
+    if not MEMORY.is_dir():
+        yield tmp_path
+        return
+    with TemporaryDirectory(dir=MEMORY) as folder:
+        yield Path(folder)
+
+
+@contextmanager
+def limited(most: float) -> Iterator[None]:
+    """Raises TimeoutError in what takes more processor time than this, s."""
+
+    def late(_signal: int, _frame: object) -> None:
+        raise TimeoutError(f"more than {most:g} s of processor time")
+
+    before = signal.signal(signal.SIGVTALRM, late)
+    signal.setitimer(signal.ITIMER_VIRTUAL, most)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
 @pytest.mark.parametrize("target", TARGETS)
-def test_any_input_is_read_or_refused(target: str, tmp_path: Path) -> None:
+def test_any_input_is_read_or_refused(target: str, scratch: Path) -> None:
     read, folder = TARGETS[target]
-    files, tried, begun = corpus(folder), 0, time.monotonic()
+    files, tried, begun = corpus(folder), 0, time.process_time()
 
     @settings(
         max_examples=2 + -(-INPUTS // (BATCH - 4)),  # Hypothesis begins with small ones
@@ -312,18 +358,30 @@ def test_any_input_is_read_or_refused(target: str, tmp_path: Path) -> None:
         for name, content in inputs(files, drawn):
             tried += 1
             try:
-                read(name, content, tmp_path)
+                with limited(LIMIT):
+                    read(name, content, scratch)
             except BaseException:
                 note(f"{name}: {content!r}")
                 raise
 
     (run if SEED is None else seed(int(SEED))(run))()
-    print(f"{target}: {tried} inputs, {tried / (time.monotonic() - begun):.0f} a second", flush=True)
+    rate, peak = tried / (time.process_time() - begun), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{target}: {tried} inputs, {rate:.0f} a second of processor time, {peak:.0f} MiB at most", flush=True)
     assert tried >= INPUTS
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_the_corpus_itself_is_read(target: str, tmp_path: Path) -> None:
+def test_the_corpus_itself_is_read(target: str, scratch: Path) -> None:
     read, folder = TARGETS[target]
     for name, content in corpus(folder).items():
-        read(name, content, tmp_path)
+        with limited(LIMIT):
+            read(name, content, scratch)
+
+
+def test_an_input_that_takes_too_long_has_failed() -> None:
+    def hang() -> None:
+        while True:
+            pass
+
+    with pytest.raises(TimeoutError), limited(0.05):
+        hang()

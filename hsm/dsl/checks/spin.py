@@ -81,9 +81,12 @@ def _leaves(model: Model, transition: Transition, state: State) -> list[int]:
     if not transition.targets:
         return [state.index]
     found: list[int] = []
-    pending = list(transition.targets)
+    pending, seen = list(transition.targets), set[int]()
     while pending:
         target = model.states[pending.pop()]
+        if target.index in seen:
+            continue  # an initial state that leads back to itself, which is an error of its own
+        seen.add(target.index)
         if target.kind is StateKind.ATOMIC:
             found.append(target.index)
         elif target.kind in (StateKind.COMPOUND, StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):

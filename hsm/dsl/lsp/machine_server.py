@@ -50,7 +50,10 @@ class _Protocol(LanguageServerProtocol):
         def done(future: Future[Any]) -> None:
             # Replaced, not modified: pygls iterates over it at shutdown.
             self._request_futures = {one: kept for one, kept in self._request_futures.items() if one != msg_id}
-            callback(future)
+            try:
+                callback(future)
+            except asyncio.CancelledError:  # a part of a notification that the server's end interrupted
+                return
 
         super()._execute_handler(msg_id, handler, done, args, kwargs)
 

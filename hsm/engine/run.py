@@ -20,7 +20,7 @@ from hsm.engine.snapshots import SavedRun, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent
 from hsm.model.messages import OutsideInput
-from hsm.model.registry import Activity, E, F, Outcome, Stoppable
+from hsm.model.registry import Activity, E, F, Outcome, stop_activity
 from hsm.model.unparse import activity_text
 
 _FINISHED: Any = object()
@@ -248,11 +248,10 @@ class Supervisor(Generic[F, E]):
             activity, call = doing.pop(new[index].name, (None, None))
             if activity is not None and _same(call, new[index].activity):
                 self._running[index] = activity
-            elif isinstance(activity, Stoppable):
-                activity.stop()
+            else:
+                stop_activity(activity)
         for activity, _ in doing.values():
-            if isinstance(activity, Stoppable):
-                activity.stop()
+            stop_activity(activity)
         finished = frozenset(index for index, activity in self._running.items() if activity is _FINISHED)
         self._resume(machine, replace(run, finished=finished))
 
@@ -307,8 +306,8 @@ class Supervisor(Generic[F, E]):
     def _begin(self, state: int, facts: F) -> Activity[F, E]:
         call = self.machine.model.states[state].activity
         assert call is not None, "only states with an activity are begun"
-        begun = self.machine.generator.begun(state)
-        values = begun(facts, {}, self._state.values, self._state.configuration.active)
+        arguments = self.machine.generator.arguments(call.arguments)
+        values = arguments(facts, {}, self._state.values, self._state.configuration.active)
         self._arguments = MappingProxyType({**self._arguments, self._name(state): tuple(values)})
         return call.activity.factory(*values)
 
@@ -327,11 +326,10 @@ class Supervisor(Generic[F, E]):
         """Stop activities; a fault in one of them is handled in the next step, like a fault in a tick."""
         for state in tuple(states):
             activity = self._running.pop(state, None)
-            if isinstance(activity, Stoppable):
-                try:
-                    activity.stop()
-                except Exception as error:
-                    self._postpone(self._fault_of(state, error))
+            try:
+                stop_activity(activity)
+            except Exception as error:
+                self._postpone(self._fault_of(state, error))
 
     def _fault_of(self, state: int, error: Exception) -> PendingFault:
         call = self.machine.model.states[state].activity

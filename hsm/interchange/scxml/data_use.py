@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
-from hsm.interchange.scxml.datamodel.content import PROCESSOR
+from hsm.interchange.scxml.datamodel.expressions import PROCESSOR_NAMES
 from hsm.interchange.scxml.elements import Element
 
 SILENT = ("log",)
@@ -17,7 +17,7 @@ _DATA_ELEMENTS = {"invoke", "data", "assign", "script", "if", "foreach", "doneda
 def _to_itself(element: Element) -> bool:
     """Whether an event is sent to the chart itself; anything else is an error of a chart with data, while it runs."""
     kind = element.attributes.get("type", "scxml")
-    return element.attributes.get("target", "") in ("", "#_internal") and kind in ("scxml", PROCESSOR)
+    return element.attributes.get("target", "") in ("", "#_internal") and kind in PROCESSOR_NAMES
 
 
 def uses_data(top: Element) -> bool:
@@ -39,6 +39,11 @@ def uses_data(top: Element) -> bool:
             except ConditionError:
                 return True
     return False
+
+
+def has_data_elements(top: Element) -> bool:
+    """Whether a chart has elements that mean nothing without a data model."""
+    return any(True for tag in _DATA_ELEMENTS for _ in all_of(top, tag))
 
 
 def all_of(top: Element, tag: str) -> Iterator[Element]:

@@ -10,9 +10,9 @@ from math import isfinite
 from pathlib import Path
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
-from hsm.interchange.scxml.data_use import SILENT, all_of, uses_data
+from hsm.interchange.scxml.data_use import SILENT, all_of, has_data_elements, uses_data
 from hsm.interchange.scxml.datamodel.content import CommunicationError
-from hsm.interchange.scxml.datamodel.expressions import DataError
+from hsm.interchange.scxml.datamodel.expressions import PROCESSOR_NAMES, DataError
 from hsm.interchange.scxml.datamodel.model import CHARTS, DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
 from hsm.interchange.scxml.own_words import OWN_DATA_MODEL
@@ -403,10 +403,12 @@ class _Reader:
         return len(self.transitions) - 1
 
     def _data_model(self, top: Element) -> DataModel | None:
-        """The data model that a chart asks for by name, if it uses it."""
+        """The data model that a chart uses: the one that it names, or the default, which the standard leaves open."""
         name = top.attributes.get("datamodel", "null")
         if name == "null" and (any(all_of(top, "invoke")) or self.depth):
             name = "ecmascript"  # sessions that communicate need it; there is no data
+        if "datamodel" not in top.attributes and has_data_elements(top):
+            name = "ecmascript"
         if name in DATA_MODELS and not uses_data(top) and not self.depth:
             return None
         if name in DATA_MODELS:
@@ -414,7 +416,7 @@ class _Reader:
             def refuse(element: Element, reason: str, hint: str) -> None:
                 self.find("E0905", reason, element.place, hint)
 
-            return DataModel(self.drafts[0].name, DATA_MODELS[name], self.indices, refuse)
+            return DataModel(self.drafts[0].name, self.indices, refuse)
         if name != "null":
             known = ", ".join(("null", *DATA_MODELS))
             self.find("E0904", f"the data model `{name}` is not supported", top.place, f"those are: {known}")
@@ -488,7 +490,7 @@ class _Reader:
         for child in element.children:
             self._unsupported(child)
         attributes = element.attributes
-        if attributes.get("type", "scxml") not in ("scxml", "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"):
+        if attributes.get("type", "scxml") not in PROCESSOR_NAMES:
             reason = f"an event of type `{attributes['type']}` cannot be sent"
             self.find("E0904", reason, element.place, "a chart sends to itself only")
         target = attributes.get("target", "")

@@ -8,13 +8,20 @@ from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, Evaluate, compile_expression, truth
+from hsm.interchange.scxml.datamodel.expressions import (
+    PROCESSOR,
+    PROCESSOR_NAMES,
+    DataError,
+    Environment,
+    Evaluate,
+    compile_expression,
+    truth,
+)
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Cancel, Send
 from hsm.model.messages import STORE, ScxmlEvent, Store
 
-PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _NAME = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
@@ -39,7 +46,6 @@ class BlockContext:
         queue: takes the events that are raised or sent.
         states: the index of each state, by name.
         system: the chart's own constants.
-        processor: what the data model calls the processor of the chart's own events.
     """
 
     memo: dict[Any, Any]
@@ -47,7 +53,6 @@ class BlockContext:
     queue: Any
     states: Mapping[str, int]
     system: Mapping[str, Any]
-    processor: str = PROCESSOR
 
     @property
     def store(self) -> Store:
@@ -61,7 +66,7 @@ class BlockContext:
 
     def evaluate(self, expression: Evaluate) -> Any:
         """The value of an expression; a copy, which nothing else changes."""
-        value = expression(Environment(self.store, self.active, self.states, self.system, self.processor))
+        value = expression(Environment(self.store, self.active, self.states, self.system))
         return deepcopy(value) if isinstance(value, list | dict) else value
 
     def fail(self, error: DataError, sendid: str | None = None) -> None:
@@ -349,7 +354,7 @@ def _seconds(value: Any) -> float:
 
 
 def _check_processor(kind: Any) -> None:
-    if kind not in ("scxml", PROCESSOR, PROCESSOR.removesuffix("#SCXMLEventProcessor")):
+    if kind not in (*PROCESSOR_NAMES, PROCESSOR.removesuffix("#SCXMLEventProcessor")):
         raise DataError(f"there is no event processor `{kind}`")
 
 

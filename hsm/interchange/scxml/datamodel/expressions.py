@@ -14,6 +14,12 @@ from typing import Any
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, Lexeme, UnsupportedError, tokens_of
 from hsm.model.messages import Store
 
+PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
+"""The processor of events between charts, as ``_event.origintype`` names it."""
+
+PROCESSOR_NAMES = ("scxml", PROCESSOR)
+"""Its two names (Recommendation, section C.1); an expression that compares one with the other finds them equal."""
+
 
 class DataError(Exception):
     """An expression that cannot be evaluated: SCXML's ``error.execution``."""
@@ -28,14 +34,12 @@ class Environment:
         active: the active states, by index.
         states: the index of each state, by name.
         system: the chart's own constants, such as ``_name``.
-        processor: what the data model calls the processor of the chart's own events.
     """
 
     store: Store
     active: Collection[int]
     states: Mapping[str, int]
     system: Mapping[str, Any]
-    processor: str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 
     @property
     def constants(self) -> Mapping[str, Any]:
@@ -79,8 +83,8 @@ def compile_expression(text: str) -> Evaluate:
     return made
 
 
-def event_fields(store: Store, kind: str) -> Any:
-    """The value of ``_event``; ``kind`` is what the data model calls the processor of its events."""
+def event_fields(store: Store) -> Any:
+    """The value of ``_event``."""
     event = store.event
     if event is None:
         return None
@@ -90,7 +94,7 @@ def event_fields(store: Store, kind: str) -> Any:
         "type": event.kind,
         "sendid": event.sendid,
         "origin": origin,
-        "origintype": kind if origin is not None else None,
+        "origintype": PROCESSOR if origin is not None else None,
         "invokeid": event.invokeid,
         "data": event.data,
     }
@@ -290,7 +294,7 @@ def _compared(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
 def _alike(first: Any, second: Any) -> bool:
     if isinstance(first, bool) != isinstance(second, bool):
         return False
-    return bool(first == second)
+    return bool(first == second) or (first in PROCESSOR_NAMES and second in PROCESSOR_NAMES)
 
 
 def _computed(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
@@ -365,7 +369,7 @@ def _member(value: Evaluate, key: Evaluate) -> Evaluate:
 
 def _lookup(env: Environment, name: str) -> Any:
     if name == "_event":
-        found = event_fields(env.store, env.processor)
+        found = event_fields(env.store)
         if found is None:
             raise DataError("there was no event yet")
         return found

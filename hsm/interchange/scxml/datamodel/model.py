@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from hsm.interchange.scxml.datamodel.content import PROCESSOR, BlockContext, Builder, Step, run_block
-from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, Evaluate, truth
+from hsm.interchange.scxml.datamodel.content import BlockContext, Builder, Step, run_block
+from hsm.interchange.scxml.datamodel.expressions import PROCESSOR_NAMES, DataError, Environment, Evaluate, truth
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Execute, Invoke, Invoked, Model
 from hsm.model.expressions import Computed
@@ -15,12 +15,8 @@ from hsm.model.messages import STORE
 from hsm.model.registry import SignalDeclaration
 from hsm.model.types import BOOLEAN
 
-DATA_MODELS = {"ecmascript": PROCESSOR, "python": "scxml"}
-"""The names of data models with this subset, and the value of ``_event.origintype`` in each.
-
-The standard leaves that to its ECMAScript model; the public Python editions of its tests use the short name.
-"""
-
+DATA_MODELS = ("ecmascript", "python")
+"""The names of data models with this subset."""
 
 CHARTS = ("scxml", "http://www.w3.org/TR/scxml", "http://www.w3.org/TR/scxml/")
 """The types of what can be invoked."""
@@ -60,13 +56,11 @@ class DataModel:
 
     Attributes:
         name: of the chart.
-        processor: what ``_event.origintype`` is.
         states: the index of each state, by name.
         refuse: reports an element, its unsupported feature, and a suggestion.
     """
 
     name: str
-    processor: str
     states: Mapping[str, int]
     refuse: Callable[[Element, str, str], None]
     system: Mapping[str, Any] = field(init=False)
@@ -78,7 +72,7 @@ class DataModel:
         self.system = {
             "_sessionid": session,
             "_name": self.name,
-            "_ioprocessors": {PROCESSOR: location, "scxml": location},
+            "_ioprocessors": dict.fromkeys(PROCESSOR_NAMES, location),
             "_x": {},
         }
         self._builder = Builder(self.refuse)
@@ -89,7 +83,7 @@ class DataModel:
         condition = self._builder.expression(element, text)
 
         def compute(memo: Mapping[Any, Any], active: Collection[int]) -> bool:
-            return truth(condition(Environment(memo[STORE], active, self.states, self.system, self.processor)))
+            return truth(condition(Environment(memo[STORE], active, self.states, self.system)))
 
         declared = SignalDeclaration(text, BOOLEAN, lambda _: False)
         return Computed(declared, (), element.place, compute)
@@ -176,7 +170,7 @@ class DataModel:
         identifier, place = attributes.get("id", f"{state}.{number}"), attributes.get("idlocation")
 
         def begin(memo: dict[Any, Any], active: Collection[int], queue: Any) -> Invoked | None:
-            session = BlockContext(memo, active, queue, self.states, self.system, self.processor)
+            session = BlockContext(memo, active, queue, self.states, self.system)
             try:
                 if kind(session) not in CHARTS:
                     raise DataError(f"a chart of the type `{kind(session)}` cannot be invoked")
@@ -194,13 +188,13 @@ class DataModel:
             return Invoked(identifier, model, given or {}, forward, finalize if final else None)
 
         def finalize(memo: dict[Any, Any], active: Collection[int], queue: Any) -> None:
-            run_block(final[0], BlockContext(memo, active, queue, self.states, self.system, self.processor))
+            run_block(final[0], BlockContext(memo, active, queue, self.states, self.system))
 
         return Invoke(begin, element.place)
 
     def _execute(self, element: Element, steps: list[Step]) -> Execute:
         def run(memo: dict[Any, Any], active: Collection[int], queue: Any) -> None:
-            run_block(steps, BlockContext(memo, active, queue, self.states, self.system, self.processor))
+            run_block(steps, BlockContext(memo, active, queue, self.states, self.system))
 
         text = ", ".join(one.tag for one in element.children) or element.tag
         return Execute(text, run, element.place)

@@ -209,6 +209,11 @@ def test_what_is_wrong_is_said_by_name_with_its_place(body, code, words):
     assert found[0].place.line == 1
 
 
+def test_a_chart_with_data_needs_no_name_of_a_data_model():
+    body = '<datamodel><data id="x" expr="1"/></datamodel><state id="a"><transition cond="x == 1" target="b"/></state>'
+    assert start(body + '<state id="b"/>').configuration == {"b"}
+
+
 def test_all_faults_are_told_at_once():
     with pytest.raises(MachineError) as raised:
         chart('<state id="a"><transition event="e" target="x"/><transition event="e" target="y"/><invoke/></state>')

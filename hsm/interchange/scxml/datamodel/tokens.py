@@ -31,25 +31,8 @@ _TOKEN = re.compile(
 )
 _STRANGE = frozenset({"=>", "++", "--", "+=", "-=", "*=", "/=", "%="})
 _KEYWORDS = frozenset(
-    [
-        "function",
-        "new",
-        "lambda",
-        "for",
-        "import",
-        "class",
-        "while",
-        "await",
-        "async",
-        "yield",
-        "delete",
-        "this",
-        "void",
-        "switch",
-        "try",
-        "throw",
-        "do",
-    ]
+    {"function", "new", "lambda", "for", "import", "class", "while", "await", "async", "yield", "delete"}
+    | {"this", "void", "switch", "try", "throw", "do"}
 )
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "0": "\0"}
 LONGEST_EXPRESSION = 10_000

@@ -36,7 +36,7 @@ class NullModel:
 
     Attributes:
         find: reports what is not supported.
-        check: reports the names in a list that are no states.
+        check: reports each name in a list that no state has.
     """
 
     find: Find

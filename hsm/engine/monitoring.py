@@ -12,7 +12,17 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression
-from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
+from hsm.model.properties import (
+    LONGEST_TICK,
+    AlwaysHolds,
+    Claim,
+    Never,
+    Paced,
+    Precedence,
+    Property,
+    Recurrence,
+    Response,
+)
 
 Holds = Callable[[Expression], bool | None]
 """Whether a condition holds after a step; None if it cannot be evaluated."""
@@ -60,7 +70,7 @@ def deadline(stated: Property, memory: Memory) -> float | None:
 
 
 def _begun(claim: Claim, time: float) -> Memory:
-    return time + claim.within if isinstance(claim, Recurrence) else None
+    return time + claim.within if isinstance(claim, Recurrence | Paced) else None
 
 
 def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memory, bool]:
@@ -87,6 +97,8 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
             if not armed or holds(first) is True:
                 return None, False
             return _ARMED, holds(then) is True
+        case Paced(within):
+            return time + within, memory is not None and _late(memory, time, met=True)
 
 
 def _late(due: float, time: float, *, met: bool) -> bool:
@@ -119,17 +131,23 @@ class Violation:
         return f"{place}{what} {self.property.name} {how} at {self.time:.10g} s in {states}: {self.property.text}"
 
 
+PACE = Property("longest tick", Paced(LONGEST_TICK), f"a step comes at most {LONGEST_TICK:g} s after the last")
+"""What proofs assume of the time between two steps, unless they are asked to assume something else."""
+
+
 class Monitor:
     """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
-    What stays violated from step to step is reported once. Assumptions come first.
+    What stays violated from step to step is reported once, and a broken assumption once in a run. Assumptions come
+    first; ``PACE`` is one of them where the machine states anything.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
         self._supervisor = supervisor
         model = supervisor.machine.model
-        self._stated: Sequence[Property] = (*model.assumptions, *model.properties)
-        self._assumed = len(model.assumptions)
+        pace = (PACE,) if model.assumptions or model.properties else ()
+        self._stated: Sequence[Property] = (*model.assumptions, *pace, *model.properties)
+        self._assumed = len(model.assumptions) + len(pace)
         self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
         self._violated: set[int] = set()
 
@@ -142,7 +160,10 @@ class Monitor:
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
             if violated and index not in self._violated:
                 found.append(Violation(one, time, self._supervisor.configuration, index < self._assumed))
-            self._violated.add(index) if violated else self._violated.discard(index)
+            if violated:
+                self._violated.add(index)
+            elif index >= self._assumed:
+                self._violated.discard(index)
         return tuple(found)
 
 

@@ -21,20 +21,18 @@ from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.assumed import Assumed, Memories, is_deadline
 from hsm.testing.proofs.conditions import Evaluator
+from hsm.testing.proofs.continuing import ending
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import FailingStep, Point, Remembered, Timer, Waiting
+from hsm.testing.proofs.points import NEVER, FailingStep, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
 from hsm.testing.proofs.values import Exact, NoRun, OneOf, Region, Symbols, Value
 from hsm.testing.proofs.zones import Clock
-
-NEVER = 1 << 60
-"""In nanoseconds: longer than any run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +137,7 @@ class Graph:
         complete: whether all locations have their edges; otherwise those up to ``depth`` do.
         depth: the number of steps after which all locations still have their edges.
         faults: steps that fail: the location in which they begin, the time-outs that come due, and why.
+        ending: the locations from which no run that keeps to the assumptions lasts, as far as that is known.
     """
 
     def __init__(
@@ -195,6 +194,7 @@ class Graph:
         self.complete = False
         self.depth = 0
         self.faults: list[tuple[int, frozenset[int], FailingStep]] = []
+        self.ending: frozenset[int] = frozenset()
         self._numbers: dict[Location, int] = {}
 
     def build(self, budget: Budget, most_depth: int | None = None) -> None:
@@ -223,6 +223,10 @@ class Graph:
                 done = number + 1
             self.depth += 1
         self.complete = True
+        if self.machine.model.assumptions:
+            self.ending = ending(self.locations, self.edges)
+            if all(one.target in self.ending for one in self.initial):
+                raise NoRun("no run that lasts keeps to the assumptions")
 
     @property
     def failures(self) -> Sequence[str]:

@@ -20,6 +20,7 @@ from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter
 from maze_machine.catalogue.profile import Profile, profile_text
 from maze_machine.cli import app
 from maze_machine.drive.tick_json import tick_schema
+from maze_machine.remote.described import machine_schema
 from perception import Facts
 from skills.settings import SkillSettings
 
@@ -184,9 +185,15 @@ def tick_json() -> str:
     return json.dumps(tick_schema(), indent=2) + "\n"
 
 
+def machine_json() -> str:
+    """The JSON Schema of a running machine's description of itself."""
+    return json.dumps(machine_schema(), indent=2) + "\n"
+
+
 GENERATED = {
     ROOT / "docs" / "examples.md": examples,
     ROOT / "docs" / "reference" / "grammar.md": grammar,
+    ROOT / "docs" / "reference" / "machine.schema.json": machine_json,
     ROOT / "docs" / "reference" / "tick.schema.json": tick_json,
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,

@@ -93,6 +93,7 @@ class Generator:
         self._opened: dict[int, tuple[int, ...]] = {}
         self._calls: dict[int, tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]] = {}
         self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
+        self._arguments: dict[int, tuple[tuple[Expression, ...], Callable[..., tuple[Any, ...]]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
@@ -288,12 +289,15 @@ class Generator:
         return Block(run, actions, state, role, run.__code__, tuple(writer.places), watches)
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
-        """A function of ``(f, m, v, c)`` that returns the values of some expressions."""
-        writer = _Writer()
-        writer.add(0, "def run(f, m, v, c):")
-        writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
-        run: Callable[..., tuple[Any, ...]] = self._written(writer, "run")
-        return run
+        """A function of ``(f, m, v, c)`` that returns the values of expressions, made once for each tuple object."""
+        found = self._arguments.get(id(expressions))
+        if found is None:
+            writer = _Writer()
+            writer.add(0, "def run(f, m, v, c):")
+            writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
+            # The tuple is kept with its function, so that its id remains its own.
+            found = self._arguments[id(expressions)] = expressions, self._written(writer, "run")
+        return found[1]
 
     def test(self, condition: Expression) -> Callable[..., Any]:
         """A function of ``(f, m, v, c)`` that returns the value of a condition, made once for each condition object."""

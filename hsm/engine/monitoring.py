@@ -9,19 +9,31 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
 from hsm.engine.compiled import CompiledChart
+from hsm.engine.evaluation import all_signals
 from hsm.engine.macrostep import Macrostep
+from hsm.engine.record import StepRecord, took_something
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression
 from hsm.model.properties import (
+<<<<<<< HEAD
     LONGEST_TICK,
     AlwaysHolds,
     Claim,
     Never,
     Paced,
+=======
+    AlwaysHolds,
+    Claim,
+    Never,
+>>>>>>> main
     Precedence,
     Property,
     Recurrence,
     Response,
+<<<<<<< HEAD
+=======
+    conditions_of,
+>>>>>>> main
 )
 
 Holds = Callable[[Expression], bool | None]
@@ -138,8 +150,14 @@ PACE = Property("longest tick", Paced(LONGEST_TICK), f"a step comes at most {LON
 class Monitor:
     """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
+<<<<<<< HEAD
     What stays violated from step to step is reported once, and a broken assumption once in a run. Assumptions come
     first; ``PACE`` is one of them where the machine states anything.
+=======
+    What stays violated from step to step is reported once. Assumptions come first. A step that took nothing leaves the
+    states and variables as they are; after it, only claims about signals, those that wait for a deadline, and those
+    that were violated are looked at again.
+>>>>>>> main
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
@@ -150,13 +168,21 @@ class Monitor:
         self._assumed = len(model.assumptions) + len(pace)
         self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
         self._violated: set[int] = set()
+        self._all = range(len(self._stated))
+        self._of_signals = frozenset(index for index in self._all if _asks_signals(self._stated[index].claim))
+        self._began = False
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
         """The new violations; call this after each step, with its facts."""
+        at_rest = self._began and not isinstance(step.raw, StepRecord) and not took_something(step.raw)
+        self._began = True
+        looked_at = [index for index in self._all if self._moves(index)] if at_rest else self._all
+        if not looked_at:
+            return ()
         found: list[Violation] = []
-        holds, entered = holding(self._supervisor, facts), step.entered
-        for index, one in enumerate(self._stated):
-            time = self._supervisor.time
+        holds, entered, time = holding(self._supervisor, facts), step.entered, self._supervisor.time
+        for index in looked_at:
+            one = self._stated[index]
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
             if violated and index not in self._violated:
                 found.append(Violation(one, time, self._supervisor.configuration, index < self._assumed))
@@ -165,6 +191,16 @@ class Monitor:
             elif index >= self._assumed:
                 self._violated.discard(index)
         return tuple(found)
+
+    def _moves(self, index: int) -> bool:
+        """Whether a property can have another verdict, or another memory, with the same states and variables."""
+        memory = self._memories[index]
+        waits = memory is not None and memory != IDLE and isinstance(self._stated[index].claim, Recurrence | Response)
+        return waits or index in self._of_signals or index in self._violated
+
+
+def _asks_signals(claim: Claim) -> bool:
+    return any(True for condition in conditions_of(claim) for _ in all_signals(condition))
 
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:

@@ -160,23 +160,22 @@ class Planner:
                 source.forget()
             enabled = (picked,) if isinstance(picked, int) else picked
             plan = self._work_out(source, enabled, remembered)
-            depends = plan.restored or any(self._topology.has_history_target(one) for one in enabled)
-            source.plans[key if depends else picked] = plan
-            if plan.plain and not depends:
+            source.plans[key if plan.restored else picked] = plan
+            if plan.plain and not plan.restored:
                 source.moves[picked] = plan
         return plan
 
     def _work_out(self, source: Configuration, enabled: tuple[int, ...], remembered: Remembered) -> Plan:
         """The plan for transitions that are enabled, in the order in which they were selected."""
         active = source.active
-        taken, preempted, exits = self._without_conflicts(active, enabled, remembered)
+        taken, preempted, exits = self._without_conflicts(active, enabled)
         # States that are left are remembered before targets are resolved, as SCXML leaves before it enters.
         remembers = self._remembers(exits, active)
         entry = _EntrySet(self._topology, {**remembered, **dict(remembers)})
         for index in taken:
             transition = self._transitions[index]
             if transition.targets:
-                entry.add_targets(transition.targets, self._domain(transition, active, remembered))
+                entry.add_targets(transition.targets, self._domain(transition, active))
         exited = tuple(sorted(exits, reverse=True))
         return self._plan(source, entry, taken=taken, preempted=preempted, exited=exited, remembered=remembers)
 
@@ -187,10 +186,10 @@ class Planner:
         return tuple(state for state in entry.states if self._topology.atomic(state))
 
     def _without_conflicts(
-        self, active: frozenset[int], enabled: tuple[int, ...], remembered: Remembered
+        self, active: frozenset[int], enabled: tuple[int, ...]
     ) -> tuple[tuple[int, ...], tuple[int, ...], frozenset[int]]:
         """The transitions that are taken, those that they preempt, and all states left."""
-        exits = {index: self._exit_set(index, active, remembered) for index in enabled}
+        exits = {index: self._exit_set(index, active) for index in enabled}
         kept: list[int] = []
         for index in enabled:
             rivals = [other for other in kept if exits[index] & exits[other]]
@@ -202,16 +201,16 @@ class Planner:
         preempted = tuple(index for index in enabled if index not in kept)
         return tuple(kept), preempted, frozenset().union(*(exits[index] for index in kept))
 
-    def _exit_set(self, index: int, active: frozenset[int], remembered: Remembered) -> frozenset[int]:
+    def _exit_set(self, index: int, active: frozenset[int]) -> frozenset[int]:
         transition = self._transitions[index]
         if not transition.targets:
             return frozenset()
-        domain = self._domain(transition, active, remembered)
+        domain = self._domain(transition, active)
         return frozenset(state for state in active if self._topology.inside(state, domain))
 
-    def _domain(self, transition: Transition, active: frozenset[int], remembered: Remembered) -> int:
+    def _domain(self, transition: Transition, active: frozenset[int]) -> int:
         """The active state within which a transition takes place; a source that could not be entered is not active."""
-        domain = self._topology.domain(transition, remembered)
+        domain = self._topology.domain(transition)
         if domain in active:
             return domain
         around = (one for one in self._topology.ancestors(domain) if one in active)
@@ -264,12 +263,7 @@ class Planner:
                     work.done.extend(self._completions(state, work.active))
         leaves = tuple(sorted(state for state in work.active if self._topology.atomic(state)))
         target = self._configuration(leaves)
-        # SCXML enters a state again that was not left, where a history inside it is the target of its own transition.
-        again = [state for state in entry.states if source and state in source.active and state not in exited]
-        ending = [
-            *taken,
-            *(index for state in (*exited, *again) for index in self._states[state].transitions),
-        ]
+        ending = [*taken, *(index for state in exited for index in self._states[state].transitions)]
         disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index) and index not in repeated)
         arming = any(self._timed(index) for state in entry.states for index in self._states[state].transitions)
         stopped = tuple(state for state in exited if self._states[state].activity is not None)

@@ -20,7 +20,7 @@ from hsm.engine.snapshots import SavedRun, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent
 from hsm.model.messages import OutsideInput
-from hsm.model.registry import Activity, E, F, Outcome, Stoppable
+from hsm.model.registry import Activity, E, F, Outcome, stop_activity
 from hsm.model.unparse import activity_text
 
 _FINISHED: Any = object()
@@ -71,6 +71,7 @@ class Supervisor(Generic[F, E]):
         self._collector = Collector()
         self._hits = self._collector.hits
         self._leaves = self._collector.leaves
+        self._named: tuple[Sequence[Any], Mapping[str, Any]] | None = None
         self._set_wake()
 
     # The public state of a run.
@@ -101,8 +102,11 @@ class Supervisor(Generic[F, E]):
     @property
     def variables(self) -> Mapping[str, Any]:
         """The values of variables and parameters by their full names; those of states never entered are left out."""
-        named = zip(self.machine.generator.variables, self._state.values, strict=True)
-        return MappingProxyType({name: value for name, value in named if value is not None})
+        values = self._state.values
+        if self._named is None or self._named[0] is not values:  # a step that sets variables makes a new list of them
+            named = zip(self.machine.generator.variables, values, strict=True)
+            self._named = values, MappingProxyType({name: value for name, value in named if value is not None})
+        return self._named[1]
 
     @property
     def moment(self) -> tuple[Sequence[Any], frozenset[int]]:
@@ -244,11 +248,10 @@ class Supervisor(Generic[F, E]):
             activity, call = doing.pop(new[index].name, (None, None))
             if activity is not None and _same(call, new[index].activity):
                 self._running[index] = activity
-            elif isinstance(activity, Stoppable):
-                activity.stop()
+            else:
+                stop_activity(activity)
         for activity, _ in doing.values():
-            if isinstance(activity, Stoppable):
-                activity.stop()
+            stop_activity(activity)
         finished = frozenset(index for index, activity in self._running.items() if activity is _FINISHED)
         self._resume(machine, replace(run, finished=finished))
 
@@ -323,11 +326,10 @@ class Supervisor(Generic[F, E]):
         """Stop activities; a fault in one of them is handled in the next step, like a fault in a tick."""
         for state in tuple(states):
             activity = self._running.pop(state, None)
-            if isinstance(activity, Stoppable):
-                try:
-                    activity.stop()
-                except Exception as error:
-                    self._postpone(self._fault_of(state, error))
+            try:
+                stop_activity(activity)
+            except Exception as error:
+                self._postpone(self._fault_of(state, error))
 
     def _fault_of(self, state: int, error: Exception) -> PendingFault:
         call = self.machine.model.states[state].activity

@@ -390,4 +390,4 @@ def _duration_text(machine: CompiledChart, index: int) -> str:
 
 
 def _value(machine: CompiledChart, expression: Expression, values: Sequence[Any]) -> Any:
-    return machine.generator.arguments((expression,))(None, {}, values, frozenset())[0]
+    return machine.generator.test(expression)(None, {}, values, frozenset())

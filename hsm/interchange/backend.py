@@ -237,7 +237,7 @@ def _leaves_alike(machine: CompiledChart, transition: Transition) -> bool:
     topology, target = machine.topology, transition.targets[0]
     if topology.states[target].kind in HISTORY:
         return False
-    domain = topology.domain(transition, {})
+    domain = topology.domain(transition)
     around = list(topology.ancestors(target))
     last = topology.states[transition.source].last
     for leaf in range(transition.source, last + 1):

@@ -17,7 +17,7 @@ from hsm.model.registry import (
     Library,
     Outcome,
     SignalDeclaration,
-    Stoppable,
+    stop_activity,
 )
 
 _D = TypeVar("_D", SignalDeclaration, ActionDeclaration, ActivityDeclaration)
@@ -36,8 +36,7 @@ class MemberActivity:
 
     def stop(self) -> None:
         """Notify it that its state is left, if it has a method for that."""
-        if isinstance(self._inner, Stoppable):
-            self._inner.stop()
+        stop_activity(self._inner)
 
 
 class Owned:

@@ -84,6 +84,18 @@ class Stoppable(Protocol):
         ...
 
 
+def stop_activity(activity: object) -> None:
+    """Notify an activity that its state is left, if it has a method for that.
+
+    Args:
+        activity: any activity; one that is not `Stoppable` is left alone.
+    """
+    # Not isinstance: a check against a protocol takes longer than a step.
+    stop = getattr(activity, "stop", None)
+    if stop is not None:
+        stop()
+
+
 @runtime_checkable
 class Choosy(Protocol):
     """The class of an activity that cannot handle all values that the types of its arguments allow."""

@@ -93,17 +93,14 @@ class Topology:
                 pending.extend(reversed(remembered.get(target) or self.states[target].initial))
         return found
 
-    def has_history_target(self, transition: int) -> bool:
-        """Whether the target of a transition depends on a history."""
-        return any(self.states[target].kind in HISTORY for target in self.model.transitions[transition].targets)
-
-    def domain(self, transition: Transition, remembered: Remembered) -> int:
+    def domain(self, transition: Transition) -> int:
         """The state within which a transition with targets takes place: it is neither left nor entered.
 
         A local transition whose targets lie within its source takes place in the source. Any other takes place in the
-        least common compound ancestor of source and targets.
+        least common compound ancestor of source and targets. A history state counts with its own place, not with what
+        it remembers: so what is entered has been left before, which SCXML's ``getTransitionDomain`` does not ensure.
         """
-        targets = self.effective_targets(transition.targets, remembered)
+        targets = transition.targets
         source = transition.source
         within = self.states[source].kind in _INNER or source == 0
         if within and transition.kind is TransitionKind.LOCAL and all(self.inside(one, source) for one in targets):

@@ -119,11 +119,13 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     Raises:
         LinkError: no program can be reached there.
         NoMachineError: no machine answers.
-        UsageError: the page's port is taken.
+        ForeignMessageError: what it sends is not of the published form.
+        UsageError: the page's port is taken, or the machine publishes nothing for a page.
     """
     from functools import partial
 
     from maze_machine.commands.opened_run import announce, linger, served
+    from maze_machine.remote.described import ForeignMessageError
     from maze_machine.remote.looking import looked_on
     from maze_machine.remote.reaching import reaching
     from maze_machine.report.pages import remote_head
@@ -131,6 +133,10 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
 
     with reaching(endpoint, robot, identity) as machine:
         model = machine.model()
+        if "page" not in model:
+            raise UsageError(
+                f"machine {model['machine']} publishes nothing for a page", "`maze-machine watch` shows it"
+            )
         head = remote_head(model)
         standing = ""
 
@@ -141,14 +147,19 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
         with page:
             announce(page)
             ending = {"line": "the machine does not answer any more: the run is over, or the link is", "stands": False}
-            shown = None
-            for step in looked_on(machine, SILENCE):
-                standing = str(step.pop("paused", ""))
-                if step.get("tick") != shown:
-                    page.publish(partial(dict, step))
-                shown = step.get("tick")
-                if "ended" in step:
-                    ending = {**step["ended"], "stands": True}
-                    break
+            shown, foreign = None, None
+            try:
+                for step in looked_on(machine, SILENCE):
+                    standing = step.pop("paused", "")
+                    if step["tick"] != shown:
+                        page.publish(partial(dict, step))
+                    shown = step["tick"]
+                    if "ended" in step:
+                        ending = {**step["ended"], "stands": True}
+                        break
+            except ForeignMessageError as error:
+                foreign, ending = error, {**ending, "line": str(error)}
             page.end(ending)
             linger(page)
+            if foreign is not None:
+                raise foreign

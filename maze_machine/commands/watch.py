@@ -39,15 +39,16 @@ def watch(
     from json import dumps
 
     from maze_machine.remote.reaching import reaching
+    from transport.wording import printable
 
     with reaching(connect, robot, identity) as machine:
         if why is not None:
             found = machine.why(why)
-            print(dumps(found) if json else "\n".join(_reasons(found)))
+            print(dumps(found) if json else "\n".join(map(printable, _reasons(found))))
             raise typer.Exit(ExitStatus.FAILED if "reason" in found else ExitStatus.OK)
         model = machine.model()
         if not json:
-            print(f"machine {model['machine']}")
+            print(printable(f"machine {model['machine']}"))
         shown: tuple[Any, ...] = ()
         for step in machine.steps(silence):
             if json:
@@ -55,7 +56,7 @@ def watch(
                 continue
             now = tuple(step.get(one) for one in ("states", "variables", "blind", "outcome", "paused"))
             if now != shown or step.get("taken"):
-                print(_line(step), flush=True)
+                print(printable(_line(step)), flush=True)
                 shown = now
             if step.get("outcome"):
                 break

@@ -63,9 +63,8 @@ def _met(content: object, step: Step, point: int) -> bool:
             return (state in step.states(point)) != negated
         case ConditionHolds(condition):
             return step.value(point, condition) is True
-        case Performs(name=name, negated=negated):
-            running = (text.partition("(")[0] for text in step.doing(point).values())
-            return (name in running) != negated
+        case Performs(negated=negated):
+            return any(map(content.matches, step.performed(point))) != negated
     return False
 
 

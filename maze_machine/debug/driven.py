@@ -58,7 +58,15 @@ class DrivenRun:
             self.over = "the run has ended"
             return False
         self.steps.append(
-            LocalStep(self.chart, tick.step, tick.variables, tick.outcome, violations=[*map(str, tick.violations)])
+            LocalStep(
+                self.chart,
+                tick.step,
+                tick.variables,
+                tick.outcome,
+                arguments=tick.report.arguments,
+                before=self.steps[-1] if self.steps else None,
+                violations=[*map(str, tick.violations)],
+            )
         )
         return True
 

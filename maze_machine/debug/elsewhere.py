@@ -14,6 +14,7 @@ from maze_machine.debug.runs import Run, RunError
 from maze_machine.debug.steps import Step
 from maze_machine.errors import CommandError, UsageError
 from maze_machine.remote.client import RemoteMachine
+from maze_machine.remote.described import ForeignMessageError
 from maze_machine.remote.messages import AdvanceRun, Operation, Pause, Resume, SendEvent
 from maze_machine.remote.reaching import reaching
 
@@ -43,7 +44,10 @@ class RemoteRun:
 
     def advance(self) -> bool:
         """The newest tick, if it has not been seen yet."""
-        heard = None if self.over else self._newest()
+        try:
+            heard = None if self.over else self._newest()
+        except ForeignMessageError as error:
+            heard, self.over = None, str(error)
         if heard is None or (self.steps and heard.get("tick") == self._tick):  # one that is published once more
             return False
         self._tick = heard.get("tick")
@@ -115,14 +119,16 @@ def attached(chart: Chart, endpoint: str, robot: str | None, identity: str | Non
     Raises:
         LinkError: no program can be reached there.
         NoMachineError: no machine answers.
+        ForeignMessageError: what it sends is not of the published form.
         UsageError: another machine runs there.
     """
-    stack = ExitStack()
-    with stack:
+    with ExitStack() as stack:
         certificate = None if identity is None else Path(identity)
         client = stack.enter_context(reaching(endpoint, robot, certificate))
-        running = client.model().get("machine")
+        running = client.model()["machine"]
         if running != chart.machine.name:
             raise UsageError(f"the machine that runs there is `{running}`, and `program` is `{chart.machine.name}`")
-        let_go = stack.pop_all().close
-    return RemoteRun(chart, client, let_go)
+        kept = ExitStack()
+        run = RemoteRun(chart, client, kept.close)
+        kept.push(stack.pop_all())
+    return run

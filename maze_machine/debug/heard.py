@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
 from hsm.engine.evaluation import UNSET
 from hsm.model.expressions import Expression, SignalValue
+from hsm.model.types import Type
+from hsm.model.written import value_of
+from hsm.testing.scenarios.script import Performed
 from maze_machine.debug.chart import Chart
 from maze_machine.debug.steps import TransitionReason
 
@@ -18,7 +23,7 @@ class HeardStep:
 
     Attributes:
         chart: the machine from the local file.
-        heard: the published step.
+        heard: the published step, of the published form.
         before: the active states before it.
     """
 
@@ -29,8 +34,7 @@ class HeardStep:
     @property
     def time(self) -> float:
         """Seconds on the robot's clock."""
-        stamp = self.heard.get("stamp", 0)
-        return stamp / 1e9 if isinstance(stamp, int) else 0.0
+        return float(self.heard["stamp"] / 1e9)
 
     @property
     def count(self) -> int:
@@ -40,20 +44,16 @@ class HeardStep:
     @property
     def outcome(self) -> str | None:
         """The final state that ended the run in this step, or None."""
-        found = self.heard.get("outcome")
-        return None if found is None else str(found)
+        return self.heard.get("outcome")
 
     @property
     def violations(self) -> Sequence[str]:
         """Properties of the machine that do not hold from this step on, in words."""
-        return [f"property {one} is violated" for one in _texts(self.heard.get("violated"))]
+        return [f"property {one} is violated" for one in self.heard.get("violated", ())]
 
     def transitions(self, _point: int) -> tuple[int, ...]:
         """The transitions that were taken in the step."""
-        fired, count = self.heard.get("fired"), len(self.chart.model.transitions)
-        return (
-            tuple(one for one in fired if isinstance(one, int) and 0 <= one < count) if isinstance(fired, list) else ()
-        )
+        return tuple(one for one in self.heard["fired"] if one < len(self.chart.model.transitions))
 
     def entered(self, point: int) -> Collection[str]:
         """The states that are active and were not before."""
@@ -62,12 +62,12 @@ class HeardStep:
     def states(self, _point: int) -> tuple[str, ...]:
         """The active states, in document order."""
         known = self.chart.machine.indices
-        return self.chart.in_order(one for one in _texts(self.heard.get("states")) if one in known)
+        return self.chart.in_order(one for one in self.heard["states"] if one in known)
 
     def variables(self, _point: int) -> Mapping[str, Any]:
         """Variables and parameters by full name."""
-        found = self.heard.get("variables")
-        return found if isinstance(found, dict) else {}
+        found: Mapping[str, Any] = self.heard["variables"]
+        return found
 
     def signals(self) -> Mapping[str, Any]:
         """Signals are not published."""
@@ -75,17 +75,27 @@ class HeardStep:
 
     def doing(self, _point: int) -> Mapping[str, str]:
         """The activities of the active states, by state."""
-        found = self.heard.get("activities")
-        known = found.items() if isinstance(found, dict) else ()
-        return {name: str(one.get("text")) for name, one in known if isinstance(one, dict)}
+        return {name: one["text"] for name, one in self.heard["activities"].items()}
+
+    def performed(self, _point: int) -> Sequence[Performed]:
+        """The same with the values of their arguments; without them where an activity has not begun."""
+        model, indices = self.chart.model, self.chart.machine.indices
+        found: list[Performed] = []
+        for name, one in self.heard["activities"].items():
+            call = model.states[indices[name]].activity if name in indices else None
+            if call is not None:
+                texts = list(one["arguments"].values())
+                values = tuple(map(_value, texts, (part.type for part in call.activity.parameters)))
+                found.append(Performed(call.activity.name, values))
+        return found
 
     def reasons(self, _point: int) -> Sequence[TransitionReason]:
         """The verdicts about the considered transitions."""
-        found, model = self.heard.get("why"), self.chart.model
+        model = self.chart.model
         reasons: list[TransitionReason] = []
-        for one in _listed(found):
-            index = one.get("transition") if isinstance(one, dict) else None
-            if not isinstance(index, int) or not 0 <= index < len(model.transitions):
+        for one in self.heard["why"]:
+            index = one["transition"]
+            if index >= len(model.transitions):  # of another version of the machine
                 continue
             transition = model.transitions[index]
             reasons.append(
@@ -93,8 +103,8 @@ class HeardStep:
                     model.states[transition.source].name,
                     self.chart.label(index),
                     None if transition.place is None else transition.place.line,
-                    str(one.get("verdict")).replace("_", " "),
-                    str(one.get("reason")),
+                    one["verdict"].replace("_", " "),
+                    one["reason"],
                 )
             )
         return reasons
@@ -111,13 +121,16 @@ class HeardStep:
             return UNSET
 
 
+def _value(text: str, kind: Type) -> Any:
+    """The value that a published text represents; units that cannot be written in a machine are SI units.
+
+    Not a number, and so equal to nothing, where it represents none.
+    """
+    for written in (text, text.partition(" ")[0]):
+        with suppress(ValueError):
+            return value_of(written, kind)
+    return nan
+
+
 def _unheard(call: SignalValue) -> Any:
     raise LookupError(call.signal.name)
-
-
-def _texts(found: object) -> list[str]:
-    return [one for one in _listed(found) if isinstance(one, str)]
-
-
-def _listed(found: object) -> list[Any]:
-    return found if isinstance(found, list) else []

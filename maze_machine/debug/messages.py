@@ -93,8 +93,8 @@ class Channel:
         self._send({"type": "event", "event": name, "body": body})
 
     def answer(self, request: Message, body: Mapping[str, object] | None = None) -> None:
-        """Answer a request."""
-        self._respond(request, {"success": True, "body": body or {}})
+        """Answer a request; an acknowledgement has no body, since strict clients refuse one."""
+        self._respond(request, {"success": True} if body is None else {"success": True, "body": body})
 
     def refuse(self, request: Message, reason: str) -> None:
         """Answer that a request failed, and why."""

@@ -18,7 +18,7 @@ from hsm.engine.record import Phase, Selection
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import SignalDeclaration
 from hsm.model.unparse import activity_text, value_text
-from hsm.testing.scenarios.script import ScriptedFault
+from hsm.testing.scenarios.script import Performed, ScriptedFault
 from maze_machine.debug.chart import Chart
 
 
@@ -90,6 +90,10 @@ class Step(Protocol):
         """The activities of the active states, by state."""
         ...
 
+    def performed(self, point: int) -> Sequence[Performed]:
+        """The same with the values of their arguments; without them where an activity has not begun."""
+        ...
+
     def reasons(self, point: int) -> Sequence[TransitionReason]:
         """The verdicts about the transitions that were considered between this point and the previous one."""
         ...
@@ -108,6 +112,7 @@ class LocalStep:
         after: the variables after the step.
         outcome: the final state that ended the run, or None.
         violations: properties that do not hold from here on, in words.
+        arguments: what the activities were begun with, by state.
     """
 
     def __init__(
@@ -117,10 +122,19 @@ class LocalStep:
         after: Mapping[str, Any],
         outcome: str | None,
         *,
+        arguments: Mapping[str, Sequence[Any]],
+        before: Step | None = None,
         violations: Sequence[str] = (),
         read: Callable[[SignalDeclaration, tuple[Any, ...]], Any] | None = None,
     ) -> None:
-        """Args: as the attributes; ``read`` returns signals that the step itself did not use, if they are known."""
+        """Begin with a step that was done.
+
+        Args: as the attributes, and
+            before: the previous step.
+            read: returns signals that the step itself did not use; None where they are not known.
+        """
+        self.arguments = arguments
+        self._begun = before.arguments if isinstance(before, LocalStep) else {}
         self.chart = chart
         self.step = step
         self.after = after
@@ -177,6 +191,15 @@ class LocalStep:
         active = [states[indices[name]] for name in self.states(point)]
         return {state.name: activity_text(state.activity) for state in active if state.activity is not None}
 
+    def performed(self, point: int) -> Sequence[Performed]:
+        """The same with the values of their arguments; without them where an activity has not begun."""
+        new = {name for one in range(1, point + 1) for name in self.entered(one)} if point < self.count else ()
+        begun = self.arguments if point >= self.count else self._begun
+        return [
+            Performed(self._activity(name), () if name in new else tuple(begun.get(name, ())))
+            for name in self.doing(point)
+        ]
+
     def reasons(self, point: int) -> Sequence[TransitionReason]:
         """The verdicts about the transitions that were considered between this point and the previous one."""
         first = self._fired[point - 1] + 1 if point > 0 else 0
@@ -204,6 +227,10 @@ class LocalStep:
             return evaluation.value(expression)
         except (LookupError, TypeError, ArithmeticError, ScriptedFault):
             return UNSET
+
+    def _activity(self, state: str) -> str:
+        call = self.chart.model.states[self.chart.machine.indices[state]].activity
+        return "" if call is None else call.activity.name
 
     def _configuration(self, point: int) -> Configuration:
         if point < self.count:

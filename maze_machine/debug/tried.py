@@ -113,12 +113,23 @@ class TriedRun:
             self.steps.clear()
             initial = driver.supervisor.initial
             if initial is not None:
-                self.steps.append(LocalStep(self.chart, initial, dict(driver.variables), None, read=driver.script.read))
+                values, begun = dict(driver.variables), driver.supervisor.arguments
+                self.steps.append(
+                    LocalStep(self.chart, initial, values, None, arguments=begun, read=driver.script.read)
+                )
         self.steps.append(self._seen(driver, [f"property {one} is violated" for one in self._violated(driver)]))
 
     def _seen(self, driver: Driver, violations: Sequence[str]) -> Step:
-        after = dict(driver.variables)
-        return LocalStep(self.chart, driver.last, after, driver.outcome, violations=violations, read=driver.script.read)
+        return LocalStep(
+            self.chart,
+            driver.last,
+            dict(driver.variables),
+            driver.outcome,
+            arguments=driver.supervisor.arguments,
+            before=self.steps[-1] if self.steps else None,
+            violations=violations,
+            read=driver.script.read,
+        )
 
     def _return_to(self, step: int) -> None:
         """Undo everything after a step."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NotRequired
 
-from pydantic import ConfigDict, Field, TypeAdapter
+from pydantic import ConfigDict, Field, FiniteFloat, TypeAdapter
 from typing_extensions import TypedDict  # pydantic supports no other before Python 3.12
 
-Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
-Value = bool | int | float | str
+Triple = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
+Value = bool | int | FiniteFloat | str
 
 
 class ActivityRecord(TypedDict):
@@ -36,8 +36,8 @@ class Reason(TypedDict):
 class TickLine(TypedDict):
     """The sensed, decided and commanded values of a tick: a line of a trace."""
 
-    tick: Annotated[int, Field(ge=0, description="its number, from 0")]
-    stamp: Annotated[int, Field(ge=0, description="the time of the observation on the robot's clock, ns")]
+    tick: Annotated[int, Field(ge=0, lt=1 << 63, description="its number, from 0")]
+    stamp: Annotated[int, Field(ge=0, lt=1 << 63, description="the time of the observation on the robot's clock, ns")]
     states: Annotated[list[str], Field(description="full names of the active states, in document order")]
     taken: Annotated[list[str], Field(description="the transitions taken, in order: source -> targets (line N)")]
     pose: Annotated[Triple, Field(description="x, y, heading by odometry, m and rad")]

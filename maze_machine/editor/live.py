@@ -86,4 +86,4 @@ def _steps(machine: RemoteMachine, unwanted: Event) -> Iterator[Mapping[str, Any
             if unwanted.is_set():
                 return
         if not heard:
-            machine.model()  # a paused run sends no ticks but answers; one that has ended does not answer
+            machine.present()  # a paused run sends no ticks but answers; one that has ended does not answer

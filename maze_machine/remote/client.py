@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from pydantic import ValidationError
 
 from maze_machine.errors import CommandError, ExitStatus
+from maze_machine.remote.described import read_machine, read_tick, read_why
 from maze_machine.remote.messages import Answer, Operation
 from maze_machine.remote.seen import read_sights
 from transport.bus import Bus, ask_until
@@ -42,20 +42,30 @@ class RemoteMachine:
         self._clock = clock or MonotonicClock()
 
     def model(self) -> dict[str, Any]:
-        """The constant part of the run.
+        """The constant part of the run (``MachineJson``).
+
+        Raises:
+            NoMachineError: no machine answers.
+            ForeignMessageError: the answer is not of the published form.
+        """
+        return read_machine(self._asked(self._keys.model, b""))
+
+    def present(self) -> None:
+        """Make sure that the machine is there.
 
         Raises:
             NoMachineError: no machine answers.
         """
-        return self._asked(self._keys.model, b"")
+        self._asked(self._keys.step, b"")
 
     def why(self, state: str) -> dict[str, Any]:
         """The verdicts about a state's transitions in the newest tick.
 
         Raises:
             NoMachineError: no machine answers.
+            ForeignMessageError: the answer is not of the published form.
         """
-        return self._asked(self._keys.why, state.encode())
+        return read_why(self._asked(self._keys.why, state.encode()))
 
     def sights(self) -> dict[str, Any]:
         """What perception found in the newest tick; empty where the machine does not say, or not validly."""
@@ -71,19 +81,17 @@ class RemoteMachine:
         Raises:
             NoMachineError: no machine answers.
         """
-        self.model()  # a program that is not discovered yet receives nothing: this question may be repeated
+        self.present()  # a program that is not discovered yet receives nothing: this question may be repeated
         answer = self._bus.ask(self._keys.operate, operation.model_dump_json().encode(), self._patience)
         if answer is None:
             raise self._nobody()
-        try:
-            return Answer.model_validate_json(answer)
-        except ValidationError:
-            return Answer(done=False, reason="the answer cannot be read")
+        return _read_answer(answer)
 
     def ask(self, payload: bytes) -> bytes:
-        """Forward an operation unchanged; the result says if there is no answer."""
+        """Forward an operation unchanged; the result says if there is no answer, or none that can be read."""
         answer = self._bus.ask(self._keys.operate, payload, self._patience)
-        return answer or Answer(done=False, reason="the machine does not answer").model_dump_json().encode()
+        found = Answer(done=False, reason="the machine does not answer") if answer is None else _read_answer(answer)
+        return found.model_dump_json().encode()
 
     def steps(self, silence: float) -> Iterator[dict[str, Any]]:
         """The ticks of the run, as they are published, until none has come for a while.
@@ -104,17 +112,18 @@ class RemoteMachine:
     def newest_step(self) -> Callable[[], dict[str, Any] | None]:
         """A function that gives the newest tick, or None where there is none since the last call.
 
-        The first is the one that was there before, which a run that stands still publishes no more.
+        The first is the one that was there before, which a run that stands still publishes no more. The function raises
+        ``ForeignMessageError`` for a message that is not a tick.
         """
         newest = self._bus.newest(self._keys.step)
         answer = ask_until(self._bus, self._keys.step, b"", self._patience, self._clock)
-        before = None if answer is None else _object(answer)
+        before = None if answer is None else read_tick(answer)
         last: dict[str, Any] | None = None
 
         def take() -> dict[str, Any] | None:
             nonlocal before, last
             message = newest.take()
-            found, before = (before if message is None else _object(message.payload)), None
+            found, before = (before if message is None else read_tick(message.payload)), None
             if not found or found == last:  # it may come as an answer, and then be published
                 return None
             last = found
@@ -122,12 +131,11 @@ class RemoteMachine:
 
         return take
 
-    def _asked(self, key: str, payload: bytes) -> dict[str, Any]:
+    def _asked(self, key: str, payload: bytes) -> bytes:
         answer = ask_until(self._bus, key, payload, self._patience, self._clock)
-        found = None if answer is None else _object(answer)
-        if found is None:
+        if answer is None:
             raise self._nobody()
-        return found
+        return answer
 
     def _nobody(self) -> NoMachineError:
         return NoMachineError(
@@ -135,9 +143,8 @@ class RemoteMachine:
         )
 
 
-def _object(payload: bytes) -> dict[str, Any] | None:
+def _read_answer(answer: bytes) -> Answer:
     try:
-        found = json.loads(payload)
-    except (ValueError, RecursionError):
-        return None
-    return found if isinstance(found, dict) else None
+        return Answer.model_validate_json(answer)
+    except ValidationError:
+        return Answer(done=False, reason="the answer cannot be read")

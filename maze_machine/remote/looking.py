@@ -37,6 +37,6 @@ def looked_on(machine: RemoteMachine, silence: float, clock: Clock | None = None
                 due = clock.now() + (EVERY if found else LATER)
             yield {**step, "sights": seen} if seen else step
         try:
-            machine.model()
+            machine.present()
         except NoMachineError:
             return

@@ -77,14 +77,16 @@ def network_head(told: Mapping[str, Any], drawings: Drawings) -> dict[str, Any]:
     """The same for the network: the machine, and as ``page`` the further data for a remote page."""
     undrawn = drawable(drawings)
     drawn = {"undrawn": undrawn, "drawings": {} if undrawn else drawings.all()}
-    return {**told["model"], "page": {**told, "model": None, **drawn}}
+    page = {name: one for name, one in told.items() if name not in ("model", "operable", "trial")}
+    return {**told["model"], "page": {**page, **drawn}}
 
 
 def remote_head(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """The page's data about a remote machine, from its answers; only shapes are kept from its pictures."""
-    told = dict(answer.get("page") or {})
-    drawn = {str(name): cleaned(str(one)) for name, one in dict(told.get("drawings") or {}).items()}
-    return {**told, "drawings": drawn, "model": {name: one for name, one in answer.items() if name != "page"}}
+    """The page's data about a remote machine that says what a page needs; only shapes are kept from its pictures."""
+    told = answer["page"]
+    drawn = {name: cleaned(one) for name, one in told["drawings"].items()}
+    model = {name: one for name, one in answer.items() if name != "page"}
+    return {**told, "drawings": drawn, "model": model, "trial": None}
 
 
 class ShownRun:

@@ -59,7 +59,7 @@ const machine = (() => {
       group.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(event); } });
     }
     for (const group of svg.querySelectorAll("g.edge")) {
-      const numbers = [...group.classList].filter((word) => /^t\d+$/.test(word)).map((word) => Number(word.slice(1)));
+      const numbers = [...group.classList].filter((word) => /^t\d+$/.test(word)).map((word) => Number(word.slice(1))).filter((number) => model.transitions[number]);
       if (!numbers.length) continue;
       for (const number of numbers) { if (!edges.has(number)) edges.set(number, []); edges.get(number).push(group); }
       const title = document.createElementNS("http://www.w3.org/2000/svg", "title");

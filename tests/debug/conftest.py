@@ -66,6 +66,7 @@ def check(message):
     else:
         name = "ErrorResponse"
     assert name in schema()["definitions"], name
+    assert message["type"] == "event" or message.get("body") != {}, "strict clients refuse an empty body"
     validator(name).validate(message)
 
 

@@ -77,6 +77,19 @@ def test_reasons_are_scopes(editor, walk):
     }
 
 
+def test_what_is_being_done_is_compared_with_its_arguments(editor, walk):
+    slow, fast, turn = "doing drive(speed = 0.2 m/s)", "doing drive(speed = 0.3 m/s)", "doing rotate(angle = 90 deg)"
+    editor.launch(walk, named=[slow, fast, turn, "doing rotate(angle = -90 deg)"])
+    assert all(one["verified"] for one in editor.laid)
+    editor.ask("evaluate", expression="when event go", context="repl")
+    editor.event("stopped")
+    editor.set("space.left", "true")
+    stopped = editor.go("reverseContinue")
+    stopped = editor.go("continue")
+    assert stopped["text"] == f"`{slow}` holds"
+    assert editor.go("continue")["text"] == f"`{turn}` holds"
+
+
 def test_it_breaks_on_states_transitions_and_conditions(editor, walk):
     editor.launch(walk, lines=[15, {"line": 17, "condition": "turns == 0"}], named=["turns == 1"])
     assert [one["verified"] for one in editor.laid] == [True]

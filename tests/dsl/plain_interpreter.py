@@ -312,7 +312,8 @@ class PlainRun:
         return {one for one in self.memory.active if domain in self._ancestors(one)}
 
     def _domain(self, line: Transition) -> int:
-        targets = self._effective(line.targets)
+        # Not SCXML's effective targets: a history has its own place, so that what is entered has been left.
+        targets = list(line.targets)
         composite = line.source == 0 or self.states[line.source].children
         if (
             line.kind is TransitionKind.LOCAL

@@ -9,6 +9,18 @@ from pathlib import Path
 
 PAGES = Path(__file__).parents[2] / "docs" / "how-to"
 TEXT = "machine m\n\ninitial a\n\nstate a\n    do rotat(90 deg)\n    when space.l\n\nfinal b\n"
+MACHINE = """machine m
+
+initial idle
+
+state idle
+    after 1 s -> moving
+
+# Stands still.
+state moving
+    do stop()
+"""
+"""A machine for debuggers."""
 
 
 def lines_for(editor: str, language: str, page: str = "editor") -> list[str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.editors.grammar import FOLDER, build
-from tests.editors.page import TEXT, lines_for, surroundings
+from tests.editors.page import MACHINE, TEXT, lines_for, surroundings
 
 NVIM = shutil.which("nvim", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 DRIVE = """
@@ -95,17 +95,6 @@ io.stdout:write(vim.json.encode({ first = first, line = line, scopes = scopes })
 dap.terminate()
 until_true(function() return dap.session() == nil end, "the end")
 vim.cmd("qall!")
-"""
-MACHINE = """machine m
-
-initial idle
-
-state idle
-    after 1 s -> moving
-
-# Stands still.
-state moving
-    do stop()
 """
 
 

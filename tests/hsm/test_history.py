@@ -1,5 +1,8 @@
 """What a state remembers of itself."""
 
+import pytest
+
+from hsm.model.chart import TransitionKind
 from tests.hsm.charts import DONE, history, noting, on, parallel, start, state
 
 
@@ -79,3 +82,22 @@ def test_coverage_tells_default_from_memory():
     run.step(1.0, ["back", "out", "back"])
     remembered = run.machine.indices["h"]
     assert dict(run.coverage.history) == {(remembered, False): 1, (remembered, True): 1}
+
+
+@pytest.mark.parametrize("kind", [TransitionKind.LOCAL, TransitionKind.EXTERNAL])
+def test_what_is_entered_has_been_left_before(kind):
+    """A history lies in its own state, however deep within another one the remembered state is."""
+    again = on("again", "h", kind=kind)
+    run = start(
+        state(
+            "p",
+            history("h", "x", deep=True),
+            state("x", state("a", on("next", "b")), state("b"), again),
+            on("out", "q"),
+        ),
+        state("q", on("back", "h")),
+    )
+    run.step(1.0, ["next", "out", "back"])
+    step = run.step(2.0, ["again"])
+    assert step.exited == ("b", "x")
+    assert step.entered == ("x", "b")

@@ -200,13 +200,18 @@ def test_logs_are_read_over():
 )
 def test_what_is_wrong_is_said_by_name_with_its_place(body, code, words):
     with pytest.raises(MachineError) as raised:
-        chart(body)
+        chart(body, 'datamodel="null"')
     found = [one for one in raised.value.diagnostics if one.code == code]
     assert found
     assert words in found[0].message
     assert found[0].suggestion or code not in ("E0903", "E0904", "E0905")
     assert found[0].place.file == "chart.scxml"
     assert found[0].place.line == 1
+
+
+def test_a_chart_with_data_needs_no_name_of_a_data_model():
+    body = '<datamodel><data id="x" expr="1"/></datamodel><state id="a"><transition cond="x == 1" target="b"/></state>'
+    assert start(body + '<state id="b"/>').configuration == {"b"}
 
 
 def test_all_faults_are_told_at_once():

@@ -60,9 +60,11 @@ class Performs:
     negated: bool = False
 
     def matches(self, performed: Performed) -> bool:
-        """Whether a running activity or a called action matches."""
-        given = (self.arguments or {}).items()
-        return performed.name == self.name and all(close(performed.arguments[index], value) for index, value in given)
+        """Whether a running activity or a called action matches; arguments that are not known do not."""
+        given, known = (self.arguments or {}).items(), performed.arguments
+        return performed.name == self.name and all(
+            index < len(known) and close(known[index], value) for index, value in given
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,14 +28,12 @@ class Environment:
         active: the active states, by index.
         states: the index of each state, by name.
         system: the chart's own constants, such as ``_name``.
-        processor: what the data model calls the processor of the chart's own events.
     """
 
     store: Store
     active: Collection[int]
     states: Mapping[str, int]
     system: Mapping[str, Any]
-    processor: str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 
     @property
     def constants(self) -> Mapping[str, Any]:
@@ -50,11 +48,26 @@ def in_session(system: Mapping[str, Any], session: str) -> Mapping[str, Any]:
 
 
 Evaluate = Callable[[Environment], Any]
+
+PROCESSORS = (
+    "http://www.w3.org/TR/scxml/#SCXMLEventProcessor",
+    "http://www.w3.org/TR/scxml/",
+    "http://www.w3.org/TR/scxml",
+    "scxml",
+)
+"""The spellings of the type of the SCXML event processor, which compare as equal; ``_event.origintype`` is the first.
+
+Source: W3C, State Chart XML (SCXML), section 6.2.5, which names the first and the last of them.
+"""
+
 _DEPTH = 60
 _LONGEST = 100_000
 _CONSTANTS = {"true": True, "false": False, "True": True, "False": False, "null": None, "None": None, "undefined": None}
-_WORDS = frozenset({"and", "or", "not", "is", "in", "typeof", "return", "var", "let", "const", "if", "else"})
+_WORDS = frozenset(
+    {"and", "or", "not", "is", "in", "instanceof", "typeof", "return", "var", "let", "const", "if", "else"}
+)
 _LEVELS: tuple[tuple[str, ...], ...] = (("||", "or"), ("&&", "and"))
+_CLASSES: dict[str, type | tuple[type, ...]] = {"Array": list, "Object": (list, dict)}
 _COMPARE = frozenset({"==", "!=", "===", "!==", "<", "<=", ">", ">="})
 
 
@@ -79,8 +92,8 @@ def compile_expression(text: str) -> Evaluate:
     return made
 
 
-def event_fields(store: Store, kind: str) -> Any:
-    """The value of ``_event``; ``kind`` is what the data model calls the processor of its events."""
+def event_fields(store: Store) -> Any:
+    """The value of ``_event``."""
     event = store.event
     if event is None:
         return None
@@ -90,7 +103,7 @@ def event_fields(store: Store, kind: str) -> Any:
         "type": event.kind,
         "sendid": event.sendid,
         "origin": origin,
-        "origintype": kind if origin is not None else None,
+        "origintype": PROCESSORS[0] if origin is not None else None,
         "invokeid": event.invokeid,
         "data": event.data,
     }
@@ -140,8 +153,11 @@ class _Parser:
 
     def _comparison(self, depth: int) -> Evaluate:
         first = self._sum(depth)
-        while self.left and (self.left[0].value in _COMPARE or self._is("is", "in")):
+        while self.left and (self.left[0].value in _COMPARE or self._is("is", "in", "instanceof")):
             operator = str(self.left.pop(0).value)
+            if operator == "instanceof":
+                first = _instance(first, str(self.left.pop(0).value) if self.left else "")
+                continue
             if operator == "is" and self._take("not"):
                 operator = "!="
             first = _compared("==" if operator == "is" else operator, first, self._sum(depth))
@@ -287,10 +303,17 @@ def _compared(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
     return compare
 
 
+def _instance(operand: Evaluate, name: str) -> Evaluate:
+    """Whether a value is a list (``Array``), or a list or an object (``Object``)."""
+    if name not in _CLASSES:
+        raise UnsupportedError(f"`instanceof {name}`")
+    return lambda env: isinstance(operand(env), _CLASSES[name])
+
+
 def _alike(first: Any, second: Any) -> bool:
     if isinstance(first, bool) != isinstance(second, bool):
         return False
-    return bool(first == second)
+    return bool(first == second) or (first in PROCESSORS and second in PROCESSORS)
 
 
 def _computed(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
@@ -365,7 +388,7 @@ def _member(value: Evaluate, key: Evaluate) -> Evaluate:
 
 def _lookup(env: Environment, name: str) -> Any:
     if name == "_event":
-        found = event_fields(env.store, env.processor)
+        found = event_fields(env.store)
         if found is None:
             raise DataError("there was no event yet")
         return found

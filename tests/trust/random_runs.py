@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
 from hsm.engine.machine import Machine
-from hsm.engine.monitoring import Memory, begin, deadline, holding, look
+from hsm.engine.monitoring import Memory, Monitor, begin, deadline, holding, look
 from hsm.engine.record import took_something
 from hsm.engine.run import Supervisor
 from hsm.engine.snapshots import SavedRun
@@ -77,6 +77,7 @@ class _Going:
     memories: list[Memory]
     rounds: int
     time: float
+    monitor: Monitor | None = None
 
 
 class RandomRuns:
@@ -85,6 +86,7 @@ class RandomRuns:
     Args:
         machine: the machine.
         seed: of all that is random.
+        watch: makes a further monitor of a run, or of what one adds to an earlier one.
 
     Attributes:
         values: those worth trying of each signal.
@@ -92,8 +94,8 @@ class RandomRuns:
         faults: how many runs ended in a fault.
     """
 
-    def __init__(self, machine: Machine, seed: int) -> None:
-        self._machine = scripted_machine(machine)
+    def __init__(self, machine: Machine, seed: int, watch: Callable[[Supervisor], Monitor] | None = None) -> None:
+        self._machine, self._watch = scripted_machine(machine), watch
         self._random = random.Random(seed).random
         model = self._machine.model
         conditions = [
@@ -152,14 +154,15 @@ class RandomRuns:
         self._last = None
         script = Script({name: self._pick(values) for name, values in self.values.items()})
         run = self._machine.start(facts=script)
-        going = _Going(run, script, [begin(one, run.time) for one in self._watched], 0, run.time)
-        self._step(going, run.time, self._heard(0.3))
-        return going
+        return _Going(run, script, [begin(one, run.time) for one in self._watched], 0, run.time)
 
     def _run(self, rounds: int) -> None:
         going = self._begun()
+        going.monitor = None if self._watch is None else self._watch(going.run)
         chance, pick = self._random, self._pick
         calm = pick((0.0, 0.3, 0.8, 0.95))
+        if not going.rounds:
+            self._step(going, going.time, self._heard(calm))
         for _ in range(min(rounds, MOST_ROUNDS - going.rounds)):
             if going.run.outcome is not None:
                 return
@@ -182,6 +185,8 @@ class RandomRuns:
         """A step with its monitors; whether it did anything."""
         self.steps += 1
         step = going.run.step(time, events, going.script)
+        if going.monitor is not None:
+            going.monitor.look(going.script, step)
         moved = took_something(step.raw)
         self._look(going, time, step.entered if moved and self._scoped else ())
         return moved

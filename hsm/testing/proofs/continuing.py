@@ -11,21 +11,27 @@ Source: Tarjan, "Depth-first search and linear graph algorithms" (1972).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
+from hsm.testing.proofs.graph import Edge, Graph, Location
 from hsm.testing.proofs.points import NEVER, Timer
-
-if TYPE_CHECKING:
-    from hsm.testing.proofs.graph import Edge, Location
+from hsm.testing.proofs.values import NoRun
 
 
-def ending(locations: Sequence[Location], edges: Sequence[Sequence[Edge]]) -> frozenset[int]:
-    """The locations from which no run lasts.
+def ending(graph: Graph) -> frozenset[int]:
+    """The locations from which no run that keeps to the assumptions lasts, where all locations are known.
 
-    Args:
-        locations: all locations of a graph.
-        edges: those of each location.
+    Raises:
+        NoRun: it is so from the start.
     """
+    if not graph.complete or not graph.machine.model.assumptions:
+        return frozenset()
+    found = _ending(graph.locations, graph.edges)
+    if all(one.target in found for one in graph.initial):
+        raise NoRun("no run that lasts keeps to the assumptions")
+    return found
+
+
+def _ending(locations: Sequence[Location], edges: Sequence[Sequence[Edge]]) -> frozenset[int]:
     lasting = {number for number, one in enumerate(locations) if one.outcome is not None}
     for part in _parts(edges):
         if not lasting.isdisjoint(part) or _lasts(part, locations, edges):

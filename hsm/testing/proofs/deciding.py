@@ -36,6 +36,7 @@ class Decider:
         budget: for all properties together.
         stated: all properties of the machine.
         asked: whether the graph was limited to a depth on request.
+        ending: the locations from which no run that keeps to the assumptions lasts.
         quotients: smaller graphs, each by the names of the properties that it is for.
     """
 
@@ -45,6 +46,7 @@ class Decider:
     budget: Budget
     stated: Sequence[Property]
     asked: bool
+    ending: frozenset[int] = frozenset()
     quotients: dict[tuple[str, ...], Quotient] = field(default_factory=dict)
 
     def decided(self, stated: Property) -> PropertyVerdict:
@@ -156,10 +158,10 @@ class Decider:
 
     def _ending(self) -> str:
         """Where assumptions leave no run that lasts; empty if there is no such place."""
-        if not self.graph.ending:
+        if not self.ending:
             return ""
         states = self.graph.machine.model.states
-        leaves = self.graph.locations[min(self.graph.ending)].leaves
+        leaves = self.graph.locations[min(self.ending)].leaves
         return f"the assumptions leave no run that lasts from {', '.join(states[one].name for one in leaves)} on"
 
     def _inexact(self) -> str:

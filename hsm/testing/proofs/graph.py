@@ -21,7 +21,6 @@ from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.assumed import Assumed, Memories, is_deadline
 from hsm.testing.proofs.conditions import Evaluator
-from hsm.testing.proofs.continuing import ending
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
@@ -137,7 +136,6 @@ class Graph:
         complete: whether all locations have their edges; otherwise those up to ``depth`` do.
         depth: the number of steps after which all locations still have their edges.
         faults: steps that fail: the location in which they begin, the time-outs that come due, and why.
-        ending: the locations from which no run that keeps to the assumptions lasts, as far as that is known.
     """
 
     def __init__(
@@ -194,7 +192,6 @@ class Graph:
         self.complete = False
         self.depth = 0
         self.faults: list[tuple[int, frozenset[int], FailingStep]] = []
-        self.ending: frozenset[int] = frozenset()
         self._numbers: dict[Location, int] = {}
 
     def build(self, budget: Budget, most_depth: int | None = None) -> None:
@@ -223,10 +220,6 @@ class Graph:
                 done = number + 1
             self.depth += 1
         self.complete = True
-        if self.machine.model.assumptions:
-            self.ending = ending(self.locations, self.edges)
-            if all(one.target in self.ending for one in self.initial):
-                raise NoRun("no run that lasts keeps to the assumptions")
 
     @property
     def failures(self) -> Sequence[str]:

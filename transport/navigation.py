@@ -4,8 +4,8 @@ An action is made of services and topics below ``NAME/_action/``: a goal with a 
 ``send_goal``, ``get_result`` answers when it has ended, ``cancel_goal`` gives it up (design.ros2.org, *Actions*).
 rmw_zenoh lays them out like any others. The types' hashes differ between distributions, so the keys are not made up but
 read from the liveliness tokens of who serves them. Of a result only the status is read, which every distribution has in
-its first byte. The topic ``feedback`` says how far the robot has to go, the topic ``status`` how each goal has ended, which
-counts where the result is lost.
+its first byte. The topic ``feedback`` says how far the robot has to go. The topic ``status`` says how each goal has
+ended, which counts where the result is lost.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 
+import perception.compass
 import perception.exit
 import perception.hough
 import perception.lines
@@ -22,12 +23,13 @@ import skills.passage
 import skills.safety
 import skills.surroundings
 import transport.arithmetic
+import transport.sanity
 from transport.compiled import PACKAGES, PLAIN, TWINS, arithmetic_in_use, kernels_of
 
 MODULES = (
-    *(perception.exit, perception.hough, perception.lines, perception.space, perception.sweep),
+    *(perception.compass, perception.exit, perception.hough, perception.lines, perception.space, perception.sweep),
     *(sim.body, sim.geometry, sim.lidar, sim.noise),
-    transport.arithmetic,
+    *(transport.arithmetic, transport.sanity),
     *(skills.outline, skills.passage, skills.safety, skills.surroundings),
 )
 CASES = int(os.environ.get("MAZE_MACHINE_COMPILED_CASES", "1000"))
@@ -107,6 +109,19 @@ def scanned(generator):
     return beams, ranges, (directions[:, beams] * ranges[beams]).T, step
 
 
+def walls_of(generator):
+    """Straight walls, most of them along two axes, some with one direction in common to the last bit."""
+    count, about = int(generator.integers(1, 24)), generator.uniform(-4, 4)
+    alphas = about + generator.integers(-2, 3, count) * math.pi / 2 + generator.normal(0, 0.03, count)
+    alphas += generator.choice([0.0, 0.7], count) * generator.choice([0.0, 1.0])
+    alphas[generator.random(count) < 0.3] = alphas[0]
+    lengths, sizes = generator.uniform(0, 3, count), 10.0 ** generator.uniform(-3, 14, count)
+    return tuple(
+        perception.lines.Line(alpha, 1.0, (0.0, 0.0), (1.0, 0.0), length, 9, size, 0.0)
+        for alpha, length, size in zip(alphas.tolist(), lengths.tolist(), sizes.tolist(), strict=True)
+    )
+
+
 def perceived(generator):
     """Inputs of perception's kernels."""
     beams, ranges, points, step = scanned(generator)
@@ -129,9 +144,13 @@ def perceived(generator):
         limits = (*generator.choice([-1.0, 0.002, 0.05], 1).tolist(), 0.1, float(generator.choice([0.05, math.inf])))
         yield "perception.fitted_lines", points, hit, pieces, limits
     turn = generator.uniform(-4, 4)
+    yield "perception.agreed_direction", walls_of(generator), (math.pi / 2, math.radians(6), 0.4, 0.4)
     yield "perception.along_lane", points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0)
     along = TWINS["perception.along_lane"].plain(points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0))
     yield "perception.lane_beside", along, float(generator.uniform(0.01, 0.5)), 0.7, 2.0, 0.1
+    sizes = float(generator.uniform(0.01, 0.5)), 0.7, 2.0, 0.1
+    before = (math.nan, math.nan) if generator.random() < 0.3 else tuple(generator.uniform(0, 1, 2).tolist())
+    yield "perception.lane_in_sight", points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0), sizes, before
     yield "perception.in_lane", along, *sorted(generator.uniform(-2, 2, 2).tolist()), math.inf
     chosen = np.unique(generator.integers(0, len(ranges), int(generator.integers(0, 40))))
     yield "perception.seen_in_sector", ranges, chosen, float(generator.choice([0.0, 0.1, 0.5]))
@@ -170,6 +189,10 @@ def calculated(generator):
     yield "transport.cos_sin", float(generator.integers(-9, 9) * math.pi / 4)
     scale = generator.choice([0.0, -0.0, 1e-300, 1.0, 1e19, math.inf], 2)
     yield "transport.atan2", *(generator.uniform(-1, 1, 2) * np.where(np.isinf(scale), 1.0, scale)).tolist()
+    readings = generator.uniform(0, 11, int(generator.integers(0, 50))).astype(np.float32)
+    odd = generator.random(len(readings)) < 0.3
+    readings[odd] = generator.choice([-np.inf, np.inf, np.nan, -1.0, 0.1], int(odd.sum()))
+    yield "transport.counted", readings, float(np.float32(0.1))
     yield "transport.atan2", *generator.choice([0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan], 2).tolist()
 
 

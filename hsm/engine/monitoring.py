@@ -157,7 +157,8 @@ class Monitor:
         if not looked_at:
             return ()
         found: list[Violation] = []
-        holds, entered, time = holding(self._supervisor, facts), step.entered, self._supervisor.time
+        holds, time = holding(self._supervisor, facts), self._supervisor.time
+        entered = () if at_rest else step.entered
         for index in looked_at:
             one = self._stated[index]
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)

@@ -69,7 +69,6 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
     if (!takes("out_of_view", 4, count) || !of_tuple(arguments[1], 2, place) || !of_tuple(arguments[2], 4, ends) ||
         !numbers(arguments + 3, 1, &span) || !opened(arguments[0], &points, "d", 0))
         return NULL;
-    int wide = span > 3.141592653589793;
     Py_ssize_t kept = 0;
     char *blind = malloc(points.rows + 1);
     if (!blind) {
@@ -78,9 +77,7 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
         PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
     } else {
         for (Py_ssize_t point = 0; point < points.rows; point++) {
-            double x = ENTRY(points, point, 0) - place[0], y = ENTRY(points, point, 1) - place[1];
-            int after_first = ends[0] * y - ends[1] * x >= -1e-5, before_last = ends[3] * x - ends[2] * y >= -1e-5;
-            blind[point] = !(wide ? after_first || before_last : after_first && before_last);
+            blind[point] = !in_view(ENTRY(points, point, 0), ENTRY(points, point, 1), place, ends, span);
             kept += blind[point];
         }
         found = made(&hidden, kept, 2);

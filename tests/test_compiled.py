@@ -89,8 +89,15 @@ def simulated(generator):
     yield "sim.nearest_segment", *segments[0, :2].tolist(), segments
     corners = generator.uniform(-1, 1, (int(generator.integers(3, 9)), 2))
     yield "sim.outline_distance", corners, segments
+    where = *generator.uniform(-3, 3, 2).tolist(), math.cos(heading), math.sin(heading)
+    yield "sim.outline_near", corners, where, segments, float(generator.choice([0.0, 0.5, 2.0, math.inf]))
     twist = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
     place = generator.uniform(-9, 9, 3) * generator.choice([1.0, 1e5])
+    wanted = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
+    wanted = twist if generator.random() < 0.2 else wanted
+    changes = tuple(generator.choice([0.01, 0.3, 2.0], 2).tolist())
+    gliding = tuple(place.tolist()), (tuple(twist.tolist()), tuple(wanted.tolist())), changes
+    yield "sim.glided", *gliding, 0.01, int(generator.integers(0, 11))
     yield "sim.follow_arc", tuple(place.tolist()), tuple(twist.tolist()), 0.01, int(generator.integers(0, 11))
 
 
@@ -172,11 +179,19 @@ def guarded(generator):
     heading = generator.uniform(-4, 4)
     turn = math.cos(heading), math.sin(heading)
     yield "skills.carried_near", points, (*place, *turn), reach
+    first, last = generator.uniform(-4, 4, 2).tolist()
+    ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
+    sight = *place, reach, *ends, float(generator.uniform(0, 6))
+    many = points if generator.random() < 0.9 else np.tile(points, (20, 1))
+    directions = generator.uniform(-1, 1, (2, beams))
+    yield "skills.seen_and_behind", (ranges, *directions), sight, many, (*place, *turn)
     yield "skills.turned_near", points, turn, reach
     box = (*generator.uniform(-0.1, 0.1, 2).tolist(), *generator.uniform(0, 0.3, 2).tolist(), 0.05)
     yield "skills.from_core", points, box
     poses = generator.uniform(-1, 1, (int(generator.integers(1, 8)), 3))
     yield "skills.least_clearance", points, poses, box
+    velocity = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
+    yield "skills.stopping", tuple(velocity.tolist()), 0.1, tuple(generator.choice([0.005, 0.15, 2.0], 2).tolist())
     yield "skills.room_ahead", points, (*sorted(generator.uniform(-0.4, 0.4, 2).tolist()), 0.25, reach)
     apart, distance = TWINS["skills.from_core"].plain(points, box)
     yield "skills.room_across", apart, distance, int(distance.argmin())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Any
 
@@ -24,6 +23,7 @@ from hsm.model.properties import (
     Response,
     conditions_of,
 )
+from hsm.model.values import dataclass
 
 Holds = Callable[[Expression], bool | None]
 """Whether a condition holds after a step; None if it cannot be evaluated."""

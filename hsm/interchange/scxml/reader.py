@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
@@ -36,6 +36,7 @@ from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
 from hsm.model.expressions import Active, Binary, Expression, Unary
 from hsm.model.messages import Store
 from hsm.model.topology import Topology
+from hsm.model.values import dataclass
 
 _STATES = ("state", "parallel", "final", "history")
 """Elements without an effect on the states: they are ignored."""

@@ -1,4 +1,5 @@
-/* Perception's hot functions: see the Python functions of the same names in sweep.py, lines.py, compass.py, exit.py, space.py, hough.py. */
+/* Perception's hot functions: see the Python functions of the same names in sweep.py, lines.py, compass.py, exit.py,
+ * space.py, hough.py, mapping/matching.py. */
 #include "../transport/kernels.h"
 
 #include <stdlib.h>
@@ -808,6 +809,199 @@ transform_open:
     return NULL;
 }
 
+/* Points, normals and variances of a cloud, from a tuple; 0 with an exception set. */
+typedef struct {
+    Array points, normals, variances;
+} Cloud;
+
+static void cloud_closed(Cloud *cloud)
+{
+    closed(&cloud->variances);
+    closed(&cloud->normals);
+    closed(&cloud->points);
+}
+
+static int cloud_opened(PyObject *tuple, Cloud *cloud)
+{
+    if (!PyTuple_Check(tuple) || PyTuple_Size(tuple) != 3) {
+        PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of three arrays here");
+        return 0;
+    }
+    if (!opened(PyTuple_GetItem(tuple, 0), &cloud->points, "d", 0))
+        return 0;
+    if (!opened(PyTuple_GetItem(tuple, 1), &cloud->normals, "d", 0))
+        goto points_open;
+    if (!opened(PyTuple_GetItem(tuple, 2), &cloud->variances, "d", 0))
+        goto normals_open;
+    Py_ssize_t size = cloud->variances.columns;
+    if (cloud->points.rows == 2 && cloud->normals.rows == 2 && cloud->points.columns == size &&
+        cloud->normals.columns == size)
+        return 1;
+    PyErr_SetString(PyExc_ValueError, "points and normals have the shape (2, n), variances (n,)");
+    closed(&cloud->variances);
+normals_open:
+    closed(&cloud->normals);
+points_open:
+    closed(&cloud->points);
+    return 0;
+}
+
+static PyObject *on_walls(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Cloud scan, reference;
+    Array apart, nearest, pairs;
+    double place[5], cosine, sine;
+    PyObject *found = NULL;
+    if (!takes("on_walls", 5, count) || !of_tuple(arguments[4], 5, place) ||
+        !cloud_opened(arguments[0], &scan))
+        return NULL;
+    if (!cloud_opened(arguments[1], &reference))
+        goto scan_open;
+    if (!opened(arguments[2], &apart, "d", 0))
+        goto reference_open;
+    if (!opened_indices(arguments[3], &nearest))
+        goto apart_open;
+    Py_ssize_t size = scan.variances.columns, kept = 0;
+    Py_ssize_t *good = malloc((size + 1) * sizeof(Py_ssize_t));
+    if (!good) {
+        PyErr_NoMemory();
+        goto nearest_open;
+    }
+    if (apart.columns != size || nearest.columns != size) {
+        PyErr_SetString(PyExc_ValueError, "each point has one neighbour");
+        goto good_open;
+    }
+    cos_sin(place[2], &cosine, &sine);
+    for (Py_ssize_t point = 0; point < size; point++) {
+        if (!(NUMBER(apart, point) < INFINITY))
+            continue;
+        Py_ssize_t wall = INDEX(nearest, point);
+        if (wall < 0 || wall >= reference.variances.columns) {
+            PyErr_SetString(PyExc_IndexError, "there is no such wall");
+            goto good_open;
+        }
+        double x = ENTRY(scan.points, 0, point), y = ENTRY(scan.points, 1, point);
+        double nx = ENTRY(reference.normals, 0, wall), ny = ENTRY(reference.normals, 1, wall);
+        double own_x = ENTRY(scan.normals, 0, point), own_y = ENTRY(scan.normals, 1, point);
+        double beside_x = x * cosine - sine * y + place[0] - ENTRY(reference.points, 0, wall);
+        double beside_y = y * cosine + sine * x + place[1] - ENTRY(reference.points, 1, wall);
+        double off = beside_x * nx + beside_y * ny;
+        double same = (own_x * cosine - sine * own_y) * nx + (own_y * cosine + sine * own_x) * ny;
+        if (same >= place[4] && fabs(off) <= place[3])
+            good[kept++] = point;
+    }
+    found = made(&pairs, 7, kept);
+    for (Py_ssize_t pair = 0; found && pair < kept; pair++) {
+        Py_ssize_t point = good[pair], wall = INDEX(nearest, point);
+        for (int axis = 0; axis < 2; axis++) {
+            ENTRY(pairs, axis, pair) = ENTRY(scan.points, axis, point);
+            ENTRY(pairs, 2 + axis, pair) = ENTRY(reference.points, axis, wall);
+            ENTRY(pairs, 4 + axis, pair) = ENTRY(reference.normals, axis, wall);
+        }
+        ENTRY(pairs, 6, pair) = NUMBER(scan.variances, point) + NUMBER(reference.variances, wall);
+    }
+    if (found)
+        closed(&pairs);
+good_open:
+    free(good);
+nearest_open:
+    closed(&nearest);
+apart_open:
+    closed(&apart);
+reference_open:
+    cloud_closed(&reference);
+scan_open:
+    cloud_closed(&scan);
+    return found;
+}
+
+/* The number that is at a place when numbers are sorted, which they are in part afterwards (Hoare's selection). */
+static double selected(double *values, Py_ssize_t count, Py_ssize_t place)
+{
+    Py_ssize_t low = 0, high = count - 1;
+    while (low < high) {
+        double middle = values[low + (high - low) / 2];
+        Py_ssize_t left = low, right = high;
+        while (left <= right) {
+            while (values[left] < middle)
+                left++;
+            while (middle < values[right])
+                right--;
+            if (left <= right) {
+                double other = values[left];
+                values[left++] = values[right];
+                values[right--] = other;
+            }
+        }
+        if (place <= right)
+            high = right;
+        else if (place >= left)
+            low = left;
+        else
+            break;
+    }
+    return values[place];
+}
+
+static PyObject *normal_equations(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array pairs;
+    double place[3], given[2], cosine, sine, sums[9];
+    PyObject *found = NULL;
+    if (!takes("normal_equations", 3, count) || !of_tuple(arguments[1], 3, place) ||
+        !of_tuple(arguments[2], 2, given) || !opened(arguments[0], &pairs, "d", 0))
+        return NULL;
+    Py_ssize_t size = pairs.columns;
+    double *off = malloc((size + 1) * 11 * sizeof(double));
+    if (pairs.rows != 7 || size < 1) {
+        PyErr_SetString(PyExc_ValueError, "pairs have the shape (7, n)");
+        goto pairs_open;
+    }
+    if (!off) {
+        PyErr_NoMemory();
+        goto pairs_open;
+    }
+    double *ratio = off + size, *terms = off + 2 * size;
+    cos_sin(place[2], &cosine, &sine);
+    for (Py_ssize_t pair = 0; pair < size; pair++) {
+        double x = ENTRY(pairs, 0, pair), y = ENTRY(pairs, 1, pair);
+        double beside_x = x * cosine - sine * y + place[0] - ENTRY(pairs, 2, pair);
+        double beside_y = y * cosine + sine * x + place[1] - ENTRY(pairs, 3, pair);
+        off[pair] = beside_x * ENTRY(pairs, 4, pair) + beside_y * ENTRY(pairs, 5, pair);
+        ratio[pair] = off[pair] / sqrt(ENTRY(pairs, 6, pair));
+        terms[pair] = fabs(ratio[pair]);
+    }
+    double measured = greater(1.4826 * selected(terms, size, size / 2), 1.0);
+    double narrow = 1.0 / (3.0 * given[0]), wide = measured * measured * given[1];
+    cos_sin(-place[2], &cosine, &sine);
+    for (Py_ssize_t pair = 0; pair < size; pair++) {
+        double x = ENTRY(pairs, 0, pair), y = ENTRY(pairs, 1, pair);
+        double normal_x = ENTRY(pairs, 4, pair), normal_y = ENTRY(pairs, 5, pair);
+        double part = ratio[pair] * narrow;
+        double weight = 1.0 / ((1.0 + part * part) * ENTRY(pairs, 6, pair) * wide);
+        double nx = normal_x * cosine - sine * normal_y, ny = normal_y * cosine + sine * normal_x;
+        double turn = x * ny - y * nx, last = off[pair];
+        double along_x = nx * weight, along_y = ny * weight, along_turn = turn * weight;
+        terms[pair] = along_x * nx;
+        terms[size + pair] = along_x * ny;
+        terms[2 * size + pair] = along_x * turn;
+        terms[3 * size + pair] = along_x * last;
+        terms[4 * size + pair] = along_y * ny;
+        terms[5 * size + pair] = along_y * turn;
+        terms[6 * size + pair] = along_y * last;
+        terms[7 * size + pair] = along_turn * turn;
+        terms[8 * size + pair] = along_turn * last;
+    }
+    for (int which = 0; which < 9; which++)
+        sums[which] = 0.0 + summed(terms + which * size, size);
+    found = Py_BuildValue("(dddddddddd)", sums[0], sums[1], sums[2], sums[4], sums[5], sums[7], sums[3], sums[6], sums[8],
+                          measured);
+pairs_open:
+    free(off);
+    closed(&pairs);
+    return found;
+}
+
 static PyMethodDef kernels[] = {
     KERNEL(sort_readings),
     KERNEL(points_of),
@@ -823,6 +1017,8 @@ static PyMethodDef kernels[] = {
     KERNEL(lane_in_sight),
     KERNEL(seen_in_sector),
     KERNEL(count_votes),
+    KERNEL(on_walls),
+    KERNEL(normal_equations),
     {NULL, NULL, 0, NULL},
 };
 

@@ -12,6 +12,7 @@ import perception.compass
 import perception.exit
 import perception.hough
 import perception.lines
+import perception.mapping.matching
 import perception.space
 import perception.sweep
 import sim.body
@@ -27,7 +28,8 @@ import transport.sanity
 from transport.compiled import PACKAGES, PLAIN, TWINS, arithmetic_in_use, kernels_of
 
 MODULES = (
-    *(perception.compass, perception.exit, perception.hough, perception.lines, perception.space, perception.sweep),
+    *(perception.compass, perception.exit, perception.hough, perception.lines, perception.mapping.matching),
+    *(perception.space, perception.sweep),
     *(sim.body, sim.geometry, sim.lidar, sim.noise),
     *(transport.arithmetic, transport.sanity),
     *(skills.outline, skills.passage, skills.safety, skills.surroundings),
@@ -168,6 +170,32 @@ def perceived(generator):
     yield "perception.count_votes", grid.transform[rows], np.ascontiguousarray(near.T), votes
 
 
+def walls_of(generator, count):
+    """Points with normals and variances."""
+    turns = generator.choice([0.0, 1.0], count) * math.pi / 2 + generator.normal(0, 0.1, count)
+    return (
+        generator.uniform(-2, 2, (2, count)),
+        np.stack([np.cos(turns), np.sin(turns)]),
+        generator.uniform(1e-6, 1e-3, count),
+    )
+
+
+def matched(generator):
+    """Inputs of the kernels that match scans."""
+    scan, reference = (walls_of(generator, int(generator.integers(1, 400))) for _ in range(2))
+    hits = generator.random(len(scan[2])) < 0.9
+    apart = np.where(hits, generator.uniform(0, 1, len(hits)), np.inf)
+    nearest = np.where(hits, generator.integers(0, len(reference[2]), len(hits)), len(reference[2]))
+    place = tuple(generator.uniform(-3, 3, 3).tolist())
+    limits = float(generator.choice([0.05, 1.0, 4.0])), float(generator.choice([-1.0, 0.7]))
+    yield "perception.on_walls", scan, reference, apart, nearest, (*place, *limits)
+    pairs = TWINS["perception.on_walls"].plain(scan, reference, apart, nearest, (*place, 9.0, -1.0))
+    if pairs.shape[1]:
+        yield "perception.normal_equations", pairs, place, (float(generator.choice([1.0, 3.7])), 4.0)
+        pairs[2:4] = np.round(pairs[2:4])
+        yield "perception.normal_equations", pairs, (0.0, 0.0, 0.0), (1.0, 4.0)
+
+
 def guarded(generator):
     """Inputs of the skills' kernels."""
     beams = int(generator.integers(1, 400))
@@ -211,7 +239,7 @@ def calculated(generator):
     yield "transport.atan2", *generator.choice([0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan], 2).tolist()
 
 
-SOURCES = (calculated, simulated, perceived, guarded)
+SOURCES = (calculated, simulated, perceived, matched, guarded)
 
 
 @needs_kernels

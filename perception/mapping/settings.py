@@ -238,6 +238,8 @@ class PlanSettings(Settings):
     """The rim of what has been seen counts where there is this much room, in radii."""
     least_rim: Count = 3
     """A frontier has at least this many cells: no robot fits through a smaller one."""
+    before_door: Positive = 0.6
+    """The way to a dead end that may be a door ends so far before it, m."""
 
 
 class ReckoningSettings(Settings):

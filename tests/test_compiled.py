@@ -118,7 +118,7 @@ def scanned(generator):
     return beams, ranges, (directions[:, beams] * ranges[beams]).T, step
 
 
-def walls_of(generator):
+def axes_of(generator):
     """Straight walls, most of them along two axes, some with one direction in common to the last bit."""
     count, about = int(generator.integers(1, 24)), generator.uniform(-4, 4)
     alphas = about + generator.integers(-2, 3, count) * math.pi / 2 + generator.normal(0, 0.03, count)
@@ -153,7 +153,7 @@ def perceived(generator):
         limits = (*generator.choice([-1.0, 0.002, 0.05], 1).tolist(), 0.1, float(generator.choice([0.05, math.inf])))
         yield "perception.fitted_lines", points, hit, pieces, limits
     turn = generator.uniform(-4, 4)
-    yield "perception.agreed_direction", walls_of(generator), (math.pi / 2, math.radians(6), 0.4, 0.4)
+    yield "perception.agreed_direction", axes_of(generator), (math.pi / 2, math.radians(6), 0.4, 0.4)
     yield "perception.along_lane", points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0)
     along = TWINS["perception.along_lane"].plain(points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0))
     yield "perception.lane_beside", along, float(generator.uniform(0.01, 0.5)), 0.7, 2.0, 0.1

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl.lsp.document import Document
@@ -16,6 +15,7 @@ from hsm.dsl.syntax import ast
 from hsm.model.diagnostics import Diagnostic, Severity
 from hsm.model.types import NUMBER, Quantity
 from hsm.model.unparse import value_text
+from hsm.model.values import dataclass
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
 _MISSING = re.compile(r"add `on ([^`]+?) -> \.\.\.`")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from hsm.dsl.format.formatter import format_text
@@ -14,6 +13,7 @@ from hsm.dsl.lsp.navigation import Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence
 from hsm.dsl.lsp.references import NamingFile
 from hsm.model.diagnostics import MachineError
+from hsm.model.values import dataclass
 
 
 class EditedFile(NamingFile, Protocol):

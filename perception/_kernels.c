@@ -1,5 +1,5 @@
-/* Perception's hot functions: see the Python functions of the same names in sweep.py, lines.py, exit.py, space.py, hough.py,
- * mapping/matching.py. */
+/* Perception's hot functions: see the Python functions of the same names in sweep.py, lines.py, compass.py, exit.py,
+ * space.py, hough.py, mapping/matching.py. */
 #include "../transport/kernels.h"
 
 #include <stdlib.h>
@@ -70,7 +70,6 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
     if (!takes("out_of_view", 4, count) || !of_tuple(arguments[1], 2, place) || !of_tuple(arguments[2], 4, ends) ||
         !numbers(arguments + 3, 1, &span) || !opened(arguments[0], &points, "d", 0))
         return NULL;
-    int wide = span > 3.141592653589793;
     Py_ssize_t kept = 0;
     char *blind = malloc(points.rows + 1);
     if (!blind) {
@@ -79,9 +78,7 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
         PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
     } else {
         for (Py_ssize_t point = 0; point < points.rows; point++) {
-            double x = ENTRY(points, point, 0) - place[0], y = ENTRY(points, point, 1) - place[1];
-            int after_first = ends[0] * y - ends[1] * x >= -1e-5, before_last = ends[3] * x - ends[2] * y >= -1e-5;
-            blind[point] = !(wide ? after_first || before_last : after_first && before_last);
+            blind[point] = !in_view(ENTRY(points, point, 0), ENTRY(points, point, 1), place, ends, span);
             kept += blind[point];
         }
         found = made(&hidden, kept, 2);
@@ -452,6 +449,130 @@ points_open:
     return lines;
 }
 
+/* Python's `math.fsum`: the sum of numbers, rounded once. Sums of nonoverlapping parts (Shewchuk, 1997). */
+static double exact_sum(const double *terms, Py_ssize_t count)
+{
+    double parts[64], plain = 0.0, sum = 0.0, rest = 0.0;
+    int used = 0;
+    for (Py_ssize_t index = 0; index < count; index++)
+        plain += terms[index];
+    if (!isfinite(plain))
+        return plain;
+    for (Py_ssize_t index = 0; index < count; index++) {
+        double x = terms[index];
+        int kept = 0;
+        for (int part = 0; part < used; part++) {
+            double y = parts[part];
+            if (fabs(x) < fabs(y)) {
+                double larger = y;
+                y = x, x = larger;
+            }
+            double high = x + y, low = y - (high - x);
+            if (low != 0.0)
+                parts[kept++] = low;
+            x = high;
+        }
+        parts[kept++] = x;
+        used = kept;
+    }
+    if (used)
+        sum = parts[--used];
+    while (used && rest == 0.0) {
+        double x = sum, y = parts[--used];
+        sum = x + y;
+        rest = y - (sum - x);
+    }
+    /* What is left over decides where the sum is halfway between two numbers. */
+    if (used && ((rest < 0.0 && parts[used - 1] < 0.0) || (rest > 0.0 && parts[used - 1] > 0.0))) {
+        double twice = rest * 2.0, rounded = sum + twice;
+        if (twice == rounded - sum)
+            sum = rounded;
+    }
+    return sum;
+}
+
+/* The first of the walls with which most of the others agree; `terms` has room for a number a wall. */
+static Py_ssize_t named_by_most(const double *alphas, const double *lengths, Py_ssize_t count, double world_angle,
+                                double spread, double *terms)
+{
+    Py_ssize_t other = 0, best = 0;
+    double most = -INFINITY;
+    while (other < count && fabs(remainder(alphas[other] - alphas[0], world_angle)) <= spread)
+        other++;
+    if (other == count)
+        return 0;
+    for (Py_ssize_t index = 0; index < count; index++) {
+        for (other = 0; other < count; other++) {
+            double offset = alphas[index] - alphas[other];
+            int near = fabs(offset - world_angle * rint(offset / world_angle)) <= spread;
+            terms[other] = near * (lengths[other] * lengths[other]);
+        }
+        double weight = summed(terms, count);
+        if (weight > most)
+            most = weight, best = index;
+    }
+    return best;
+}
+
+static PyObject *agreed_direction(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    double limits[4];
+    if (!takes("agreed_direction", 2, count) || !of_tuple(arguments[1], 4, limits))
+        return NULL;
+    Py_ssize_t walls = PyTuple_Check(arguments[0]) ? PyTuple_Size(arguments[0]) : 0, agreeing = 0;
+    double *alphas = malloc((walls + 1) * 6 * sizeof(double));
+    PyObject *found = NULL;
+    if (!alphas)
+        return PyErr_NoMemory();
+    double *lengths = alphas + walls, *information = lengths + walls;
+    double *first = information + walls, *second = first + walls, *third = second + walls;
+    int good = walls > 0;
+    if (!good)
+        PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of lines here");
+    for (Py_ssize_t wall = 0; good && wall < walls; wall++) {
+        PyObject *line = PyTuple_GetItem(arguments[0], wall);
+        good = PyTuple_Check(line) && PyTuple_Size(line) == 8;
+        if (!good)
+            PyErr_SetString(PyExc_TypeError, "a line has eight fields");
+        PyObject *fields[3] = {NULL, NULL, NULL};
+        double given[3];
+        for (int field = 0; good && field < 3; field++)
+            fields[field] = PyTuple_GetItem(line, field == 0 ? 0 : 2 * field + 2);
+        good = good && numbers(fields, 3, given);
+        if (good)
+            alphas[wall] = given[0], lengths[wall] = given[1], information[wall] = given[2];
+    }
+    if (!good)
+        goto done;
+    double world_angle = limits[0], spread = limits[1];
+    double named = alphas[named_by_most(alphas, lengths, walls, world_angle, spread, first)];
+    for (Py_ssize_t wall = 0; wall < walls; wall++)
+        third[wall] = lengths[wall] * lengths[wall];
+    double whole = exact_sum(third, walls);
+    for (Py_ssize_t wall = 0; wall < walls; wall++) {
+        double offset = remainder(alphas[wall] - named, world_angle);
+        if (!(fabs(offset) <= spread))
+            continue;
+        lengths[agreeing] = lengths[wall];
+        third[agreeing] = lengths[wall] * lengths[wall];
+        first[agreeing] = lesser(information[wall], 1e12);
+        second[agreeing] = first[agreeing] * offset;
+        agreeing++;
+    }
+    double confidence = exact_sum(third, agreeing) / whole;
+    if (exact_sum(lengths, agreeing) < limits[2] || confidence < limits[3]) {
+        found = Py_None;
+        Py_INCREF(found);
+        goto done;
+    }
+    double total = exact_sum(first, agreeing), mean = exact_sum(second, agreeing) / total;
+    double misalignment = remainder(named + mean - 3.141592653589793 / 2, world_angle);
+    found = Py_BuildValue("(ddd)", misalignment, confidence, total);
+done:
+    free(alphas);
+    return found;
+}
+
 static PyObject *along_lane(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points, found;
@@ -529,21 +650,19 @@ static PyObject *in_lane(PyObject *Py_UNUSED(module), PyObject *const *arguments
     return Py_BuildValue("(nd)", inside, given[2]);
 }
 
-static PyObject *lane_beside(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+/* The lane between the walls on both sides: to the left, to the right and ahead; 0 where there is none. `sizes` are the
+   numbers that lane_beside is given. */
+static int beside(const Array *hits, const double *sizes, double *found)
 {
-    Array hits;
-    double given[4];
-    if (!takes("lane_beside", 5, count) || !numbers(arguments + 1, 4, given) || !opened(arguments[0], &hits, "d", 0))
-        return NULL;
-    double half_width = given[0], beside = given[1], most = given[2], widening = given[3], last = INFINITY;
+    double half_width = sizes[0], close = sizes[1], most = sizes[2], widening = sizes[3];
     /* The lowest from the bound on at each side, negated: the largest are kept. */
     double left[STRAY + 1], right[STRAY + 1];
     Py_ssize_t ahead = 0;
     for (int place = 0; place <= STRAY; place++)
         left[place] = right[place] = -INFINITY;
-    for (Py_ssize_t hit = 0; hit < hits.columns; hit++) {
-        double x = ENTRY(hits, 0, hit), y = ENTRY(hits, 1, hit);
-        if (!(fabs(x) <= beside))
+    for (Py_ssize_t hit = 0; hit < hits->columns; hit++) {
+        double x = ENTRY(*hits, 0, hit), y = ENTRY(*hits, 1, hit);
+        if (!(fabs(x) <= close))
             continue;
         ahead += x > 0.0 && fabs(y) < half_width;
         if (y >= half_width)
@@ -551,14 +670,59 @@ static PyObject *lane_beside(PyObject *Py_UNUSED(module), PyObject *const *argum
         if (-y >= half_width)
             keep_largest(right, y);
     }
-    double to_left = -left[STRAY], to_right = -right[STRAY];
-    if (ahead > STRAY || greater(to_left, to_right) > most) {
-        closed(&hits);
-        Py_RETURN_NONE;
-    }
-    stretch(&hits, -to_right - widening, to_left + widening, &last);
+    found[0] = -left[STRAY], found[1] = -right[STRAY], found[2] = INFINITY;
+    if (ahead > STRAY || greater(found[0], found[1]) > most)
+        return 0;
+    stretch(hits, -found[1] - widening, found[0] + widening, found + 2);
+    return 1;
+}
+
+static PyObject *lane_beside(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array hits;
+    double sizes[4], found[3];
+    if (!takes("lane_beside", 5, count) || !numbers(arguments + 1, 4, sizes) || !opened(arguments[0], &hits, "d", 0))
+        return NULL;
+    int between = beside(&hits, sizes, found);
     closed(&hits);
-    return Py_BuildValue("(ddd)", to_left, to_right, last);
+    if (!between)
+        Py_RETURN_NONE;
+    return Py_BuildValue("(ddd)", found[0], found[1], found[2]);
+}
+
+static PyObject *lane_in_sight(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double turn[2], bounds[2], sizes[4], before[2], last = INFINITY, found[3];
+    if (!takes("lane_in_sight", 5, count) || !of_tuple(arguments[1], 2, turn) || !of_tuple(arguments[2], 2, bounds) ||
+        !of_tuple(arguments[3], 4, sizes) || !of_tuple(arguments[4], 2, before) ||
+        !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    double *along = malloc((points.rows + 1) * 2 * sizeof(double));
+    if (!along || points.columns != 2) {
+        if (along)
+            PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
+        else
+            PyErr_NoMemory();
+        free(along);
+        closed(&points);
+        return NULL;
+    }
+    Py_ssize_t inside = 0;
+    for (Py_ssize_t hit = 0; hit < points.rows; hit++) {
+        double x = ENTRY(points, hit, 0), y = ENTRY(points, hit, 1), ahead = x * turn[0] + y * turn[1];
+        along[2 * inside] = ahead;
+        along[2 * inside + 1] = y * turn[0] - x * turn[1];
+        inside += ahead >= bounds[0] && ahead <= bounds[1];
+    }
+    closed(&points);
+    Array hits = {.data = (char *)along, .rows = 2, .columns = inside, .row_step = sizeof(double),
+                  .column_step = 2 * sizeof(double)};
+    Py_ssize_t standing = stretch(&hits, -before[1] - sizes[3], before[0] + sizes[3], &last);
+    int between = beside(&hits, sizes, found);
+    free(along);
+    return between ? Py_BuildValue("((ddd)nd)", found[0], found[1], found[2], standing, last)
+                   : Py_BuildValue("(Ond)", Py_None, standing, last);
 }
 
 static int by_size(const void *one, const void *other)
@@ -846,9 +1010,11 @@ static PyMethodDef kernels[] = {
     KERNEL(runs_of),
     KERNEL(split_at_end_points),
     KERNEL(fitted_lines),
+    KERNEL(agreed_direction),
     KERNEL(along_lane),
     KERNEL(in_lane),
     KERNEL(lane_beside),
+    KERNEL(lane_in_sight),
     KERNEL(seen_in_sector),
     KERNEL(count_votes),
     KERNEL(on_walls),

@@ -8,7 +8,7 @@ the microsteps. Courses that reach the same point are merged, with the union of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import combinations
 from typing import Any
 
@@ -16,6 +16,7 @@ from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
 from hsm.model.events import StateEvent
+from hsm.model.values import dataclass
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.event_data import EventSymbols, carried, with_waiting
 from hsm.testing.proofs.microsteps import Microsteps

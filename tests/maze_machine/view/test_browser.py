@@ -210,6 +210,36 @@ def test_it_works_under_its_own_policy(opened, driven):
         page.wait_for_selector("#simulation:not([hidden])")
 
 
+def test_without_graphviz_the_browser_draws_the_machine(opened, driven, tmp_path, monkeypatch):
+    monkeypatch.setattr("hsm.interchange.diagrams.installed", lambda: False)
+    mission, world, frames, ending = driven
+    told = {**run_head(mission, world), "drawings": Drawings(mission.machine).all()}
+    assert told["drawings"][""].startswith("digraph")
+    file = tmp_path / "run.html"
+    file.write_text(replay_page(told, frames[:40], ending.as_json()), encoding="utf-8")
+    with live(driven) as (served, _, _):
+        for address, own in ((file.as_uri(), {}), (served.address, {"bypass_csp": False})):
+            page = opened(address, **own)
+            page.wait_for_selector("#drawing svg g.state.active")
+            page.wait_for_function("store.frames.length === 40")
+            page.evaluate("app.seek(39)")
+            settled(page)
+            page.wait_for_selector("#drawing svg g.state.active.node")
+            assert lit(page) <= set(frames[39]["states"])
+            assert page.locator("#drawing svg [fill]").count() == 0
+
+
+def test_of_a_graph_only_shapes_are_drawn(opened, driven, tmp_path):
+    mission, world, frames, _ = driven
+    graph = 'digraph { a [URL="javascript:alert(1)", label="a", id="state_1"]; a -> a [class="t99999", label="x"] }'
+    file = tmp_path / "run.html"
+    told = {**run_head(mission, world), "drawings": dict.fromkeys(Drawings(mission.machine).names(), graph)}
+    file.write_text(replay_page(told, frames[:2]), encoding="utf-8")
+    page = opened(file.as_uri())
+    page.wait_for_selector("#drawing svg")
+    assert page.locator("#drawing a, #drawing [href], #drawing [style*=fill]").count() == 0
+
+
 def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened, driven):
     with live(driven) as (served, asked, _):
         page = opened(served.address, 390, 844)

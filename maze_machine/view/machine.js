@@ -19,7 +19,7 @@ const machine = (() => {
   }
 
   // Graphviz for browsers, where the pictures are graphs in DOT: the machine runs where Graphviz is not installed.
-  let graphviz = null;
+  let graphviz = null, undrawn = head.undrawn;  // why there is no picture
   function started() {
     if (!graphviz) graphviz = new Promise((done, failed) => {
       if (window.Viz) { done(); return; }
@@ -56,7 +56,8 @@ const machine = (() => {
     const address = `/drawing?state=${encodeURIComponent(name)}&token=${encodeURIComponent(DATA.token)}`;
     const answer = await fetch(address).catch(() => null);
     if (answer === null) return null;  // the run has ended and its server with it: an outline is shown
-    const text = await drawn(answer.ok ? await answer.text() : null);
+    const said = await answer.text(), text = await drawn(answer.ok ? said : null);
+    if (!answer.ok) undrawn = said;
     pictures.set(name, text);
     return text;
   }
@@ -106,7 +107,7 @@ const machine = (() => {
     svg = null;
     const list = document.createElement("ul");
     list.className = "outline";
-    if (head.undrawn) { const note = document.createElement("li"); note.textContent = head.undrawn; list.append(note); }
+    if (undrawn) { const note = document.createElement("li"); note.textContent = undrawn; list.append(note); }
     for (const state of model.states) {
       const item = document.createElement("li"), button = document.createElement("button");
       item.style.paddingLeft = `${(state.name.split(".").length - 1) * 1.2}rem`;

@@ -34,6 +34,8 @@ VIZ = FOLDER / "vendor" / "viz-global.js"
 """Graphviz for browsers (viz-js): 1.3 MB, loaded only where a picture is a graph."""
 KEYFRAME = 50
 """Every how many frames one is complete."""
+FIRST = 100
+"""How many ticks of a recording come before the page's scripts, which draw them while the rest is still read."""
 STRIDE = 8
 """Every how many beams one is in the frames' ``ranges``."""
 KEPT = frozenset(("tick", "stamp", "pose"))
@@ -139,18 +141,22 @@ def replay_page(head: Frame, frames: Iterable[Frame], verdict: Frame | None = No
         frames: the ticks.
         verdict: how the run ended, with ``lines`` for a person.
     """
-    lines = b"\n".join(map(FrameEncoder(), frames))
-    packed = base64.b64encode(gzip.compress(lines, 6, mtime=0)).decode()
+    lines = list(map(FrameEncoder(), frames))
+    packed = _packed(lines[:FIRST]), _packed(lines[FIRST:])
     graphs = any(map(is_graph, head["drawings"].values()))
     return _page({"head": head, "verdict": verdict, "live": False}, packed, [VIZ] if graphs else [])
 
 
 def live_page(head: Frame, token: str) -> str:
     """A page that gets its frames from its server."""
-    return _page({"head": head, "verdict": None, "live": True, "token": token}, "", [])
+    return _page({"head": head, "verdict": None, "live": True, "token": token}, ("", ""), [])
 
 
-def _page(data: Mapping[str, Any], packed: str, more: Sequence[Path]) -> str:
+def _packed(lines: Sequence[bytes]) -> str:
+    return base64.b64encode(gzip.compress(b"\n".join(lines), 6, mtime=0)).decode() if lines else ""
+
+
+def _page(data: Mapping[str, Any], packed: tuple[str, str], more: Sequence[Path]) -> str:
     data = {**data, "palette": {"INKS": INKS, "DASHES": DASHES}}
     # Only "</" could end the data early, and "<!--" could hide the end; both are escaped.
     text = json.dumps(data, separators=(",", ":"), default=str).replace("<", "\\u003c")
@@ -159,7 +165,8 @@ def _page(data: Mapping[str, Any], packed: str, more: Sequence[Path]) -> str:
     parts = {
         "/*STYLE*/": _text("vendor/uPlot.min.css") + _text("page.css"),
         "/*SCRIPT*/": "\n".join(scripts).replace("</script", "<\\/script"),
-        "/*FRAMES*/": packed,
+        "/*FRAMES*/": packed[0],
+        "/*MORE*/": packed[1],
         "/*DATA*/null": text,
     }
     page = _text("page.html")

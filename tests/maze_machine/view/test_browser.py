@@ -63,10 +63,16 @@ def opened(browser):
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(LIMIT)
+        page.add_init_script(
+            "globalThis.drawnAt = [];"
+            "new MutationObserver((_, watch) => { if (document.body?.dataset.shown) "
+            "{ drawnAt.push(store.frames.length); watch.disconnect(); } })"
+            ".observe(document, { subtree: true, childList: true, attributes: true });"
+        )
         page.on("console", lambda message: said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto(address)
-        page.wait_for_selector("body[data-shown]")
+        page.wait_for_selector("body[data-shown][data-ready]")
         return page
 
     yield show
@@ -165,6 +171,21 @@ def test_scrubbing_keys_and_links_lead_to_a_moment(opened, recorded):
     assert page.evaluate("app.at") != 134
     page.keyboard.press("Home")
     assert page.evaluate("app.at") == 0
+
+
+def test_a_long_recording_is_shown_before_it_is_read_and_a_link_waits_for_its_moment(opened, tmp_path, driven):
+    mission, world, frames, _ = driven
+    many = [
+        {**frames[index % len(frames)], "tick": index, "stamp": index * 100_000_000, "time": index / 10}
+        for index in range(3000)
+    ]
+    file = tmp_path / "long.html"
+    file.write_text(replay_page(run_head(mission, world), many), encoding="utf-8")
+    page = opened(f"{file.as_uri()}#t=290.0")
+    assert page.evaluate("[app.at, store.frames.length, store.complete]") == [2900, 3000, True]
+    assert page.evaluate("store.frames.every((one, index) => one.tick === index)")
+    drawn = page.evaluate("drawnAt")
+    assert drawn[0] < 3000
 
 
 def test_it_plays_in_real_time_and_pauses(opened, recorded):

@@ -46,6 +46,8 @@ class _MachineText(RegexLexer):
             (r"#.*$", Comment.Single),
             (r"(->|=>)(\s*)(" + _NAME + ")", bygroups(Operator, Text, Name.Class)),
             (words(_WORDS, prefix=r"\b", suffix=r"\b"), Keyword),
+            # Names elsewhere: `raise late after 1 s`, `stay when near`, a claim that begins with `after`.
+            (r"\b(?:after|when)\b(?=[ \t]+(?!(?:and|or|if)\b)[\w(])", Keyword),
             (words(("true", "false"), prefix=r"\b", suffix=r"\b"), Keyword.Constant),
             (r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?" + _UNIT, Number),
             (rf"({_NAME})(\s*)(\()", bygroups(Name.Function, Text, Punctuation)),

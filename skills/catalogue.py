@@ -105,7 +105,7 @@ def library(settings: SkillSettings, robot: RobotDescription | None = None) -> L
     actions = {one.function: one for one in LIBRARY.actions.values()}
     configured: Library[Facts, Command] = Library(LIBRARY.name, enumerations=dict(LIBRARY.enumerations))
     for factory in ACTIVITIES:
-        bound = type(factory.__name__, (factory,), {"settings": settings, "robot": robot})
+        bound = type(factory.__name__, (factory,), {"settings": settings, "robot": robot, "__wrapped__": factory})
         declared = activities[factory]
         parameters = tuple(_fitted(parameter, robot) for parameter in declared.parameters)
         configured.activities[declared.name] = replace(declared, factory=bound, parameters=parameters)

@@ -9,10 +9,21 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
 from hsm.engine.compiled import CompiledChart
+from hsm.engine.evaluation import all_signals
 from hsm.engine.macrostep import Macrostep
+from hsm.engine.record import StepRecord, took_something
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression
-from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
+from hsm.model.properties import (
+    AlwaysHolds,
+    Claim,
+    Never,
+    Precedence,
+    Property,
+    Recurrence,
+    Response,
+    conditions_of,
+)
 
 Holds = Callable[[Expression], bool | None]
 """Whether a condition holds after a step; None if it cannot be evaluated."""
@@ -122,7 +133,9 @@ class Violation:
 class Monitor:
     """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
-    What stays violated from step to step is reported once. Assumptions come first.
+    What stays violated from step to step is reported once. Assumptions come first. A step that took nothing leaves the
+    states and variables as they are; after it, only claims about signals, those that wait for a deadline, and those
+    that were violated are looked at again.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
@@ -132,18 +145,36 @@ class Monitor:
         self._assumed = len(model.assumptions)
         self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
         self._violated: set[int] = set()
+        self._all = range(len(self._stated))
+        self._of_signals = frozenset(index for index in self._all if _asks_signals(self._stated[index].claim))
+        self._began = False
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
         """The new violations; call this after each step, with its facts."""
+        at_rest = self._began and not isinstance(step.raw, StepRecord) and not took_something(step.raw)
+        self._began = True
+        looked_at = [index for index in self._all if self._moves(index)] if at_rest else self._all
+        if not looked_at:
+            return ()
         found: list[Violation] = []
-        holds, entered = holding(self._supervisor, facts), step.entered
-        for index, one in enumerate(self._stated):
-            time = self._supervisor.time
+        holds, entered, time = holding(self._supervisor, facts), step.entered, self._supervisor.time
+        for index in looked_at:
+            one = self._stated[index]
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
             if violated and index not in self._violated:
                 found.append(Violation(one, time, self._supervisor.configuration, index < self._assumed))
             self._violated.add(index) if violated else self._violated.discard(index)
         return tuple(found)
+
+    def _moves(self, index: int) -> bool:
+        """Whether a property can have another verdict, or another memory, with the same states and variables."""
+        memory = self._memories[index]
+        waits = memory is not None and memory != IDLE and isinstance(self._stated[index].claim, Recurrence | Response)
+        return waits or index in self._of_signals or index in self._violated
+
+
+def _asks_signals(claim: Claim) -> bool:
+    return any(True for condition in conditions_of(claim) for _ in all_signals(condition))
 
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:

@@ -71,6 +71,7 @@ class Supervisor(Generic[F, E]):
         self._collector = Collector()
         self._hits = self._collector.hits
         self._leaves = self._collector.leaves
+        self._named: tuple[Sequence[Any], Mapping[str, Any]] | None = None
         self._set_wake()
 
     # The public state of a run.
@@ -101,8 +102,11 @@ class Supervisor(Generic[F, E]):
     @property
     def variables(self) -> Mapping[str, Any]:
         """The values of variables and parameters by their full names; those of states never entered are left out."""
-        named = zip(self.machine.generator.variables, self._state.values, strict=True)
-        return MappingProxyType({name: value for name, value in named if value is not None})
+        values = self._state.values
+        if self._named is None or self._named[0] is not values:  # a step that sets variables makes a new list of them
+            named = zip(self.machine.generator.variables, values, strict=True)
+            self._named = values, MappingProxyType({name: value for name, value in named if value is not None})
+        return self._named[1]
 
     @property
     def moment(self) -> tuple[Sequence[Any], frozenset[int]]:

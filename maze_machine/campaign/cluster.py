@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,7 +14,7 @@ from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
 from maze_machine.errors import CommandError, ExitStatus
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 FIRST, AGAIN = 10.0, 60.0
 """The timeout for connecting to a scheduler: when a campaign begins, and after it was lost, s."""
@@ -95,19 +97,34 @@ def _round(client: Client, setup: Setup, jobs: list[Job]) -> Iterator[tuple[Job,
     futures = client.map(partial(run_job, setup), jobs, pure=False)
     job_of = dict(zip((future.key for future in futures), jobs, strict=True))
     try:
-        for future, result in as_completed(futures, loop=client.loop, with_results=True, raise_errors=False):
-            if future.status == "finished":
-                yield job_of[future.key], result
-            elif future.status == "error":
-                yield job_of[future.key], crashed(job_of[future.key], _reason(result))
+        for future in as_completed(futures, loop=client.loop):
+            # With `with_results` dask would wait for ever for a result that was on its way when the scheduler died.
+            record = None
+            with suppress(OSError, asyncio.CancelledError, CancelledError):
+                record = _record(future, job_of[future.key])
+            if record is not None:
+                yield job_of[future.key], record
     finally:
         with suppress(Exception):
             client.cancel(futures, force=True)
 
 
-def _reason(failure: object) -> str:
-    """Why dask dropped a job, from the triple that describes its exception."""
-    error = failure[1] if isinstance(failure, tuple) else failure
+def _record(future: Future[Record], job: Job) -> Record | None:
+    """The result of a job that has ended, or nothing if dask dropped it.
+
+    Raises:
+        OSError, CancelledError: the scheduler was lost on the way.
+    """
+    if future.status == "finished":
+        record: Record = future.result(timeout=AGAIN)
+        return record
+    if future.status == "error":
+        return crashed(job, _reason(future.exception(timeout=AGAIN)))
+    return None
+
+
+def _reason(error: BaseException) -> str:
+    """Why dask dropped a job."""
     if type(error).__name__ == "KilledWorker":
         return "several workers of the cluster died while running it"
     return f"{type(error).__name__}: {error}"

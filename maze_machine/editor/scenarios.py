@@ -129,7 +129,11 @@ class ScenarioDocument:
             _, name, text = [*self.lines[stated].partition("#")[0].split(maxsplit=2), "", ""][:3]
             return Entry(name.removesuffix(":"), SymbolKind.VALUE, "requirement", text.strip())
         word = self._word(line, column)
-        return hovering.named(self.machine, word) if word and self.machine is not None else None
+        if not word or self.machine is None:
+            return None
+        if self.lines[line].startswith("test "):
+            return hovering.machine_entry(self.machine, word)
+        return hovering.named(self.machine, word)
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a name is declared: in the machine, or in Python."""
@@ -250,7 +254,7 @@ class ScenarioDocument:
             yield from (Entry(one, SymbolKind.EVENT, "outcome") for kind in named for one in kind.outcomes)
         elif last == "event":
             yield from (Entry(one, SymbolKind.EVENT, "event") for one in sorted(self._heard()))
-        elif last in ("doing", "called", "raised"):
+        elif last in ("doing", "called", "raised", "sent"):
             yield from self._performed(last)
         elif first in ("when", "after") and len(rest) == 1:
             yield from (Entry(one, SymbolKind.KEYWORD) for one in ("reports", "fails"))
@@ -266,7 +270,7 @@ class ScenarioDocument:
             kinds |= {SymbolKind.PARAMETER}
         if first == "expect":
             kinds |= {SymbolKind.STATE, SymbolKind.VARIABLE}
-            yield from (Entry(one, SymbolKind.KEYWORD) for one in ("doing", "called", "raised"))
+            yield from (Entry(one, SymbolKind.KEYWORD) for one in ("doing", "called", "raised", "sent"))
         elif first in ("when", "after") and not negated:
             yield Entry("event", SymbolKind.KEYWORD)
             done = {one.activity.activity.name for one in self.model.states if one.activity} if self.model else set()
@@ -277,9 +281,10 @@ class ScenarioDocument:
 
     def _performed(self, word: str) -> Iterator[Entry]:
         assert self.machine is not None, "without a machine there are no completions"
-        if word == "raised":
+        if word in ("raised", "sent"):
             done = actions_of(self.model) if self.model is not None else ()
-            raised = {one.event for one in done if isinstance(one, Raise | Send)}
+            kinds = Raise if word == "raised" else Send
+            raised = {one.event for one in done if isinstance(one, kinds)}
             yield from (Entry(one, SymbolKind.EVENT, "event") for one in sorted(raised))
             return
         kind = SymbolKind.ACTIVITY if word == "doing" else SymbolKind.ACTION

@@ -17,7 +17,7 @@ from hsm.dsl.lsp.edited import MachineFile
 from hsm.dsl.lsp.entries import SymbolKind
 from hsm.dsl.lsp.hovering import hover, open_call
 from hsm.dsl.lsp.occurrences import Role
-from maze_machine.catalogue.library import robot_names
+from maze_machine.catalogue.library import robot_library, robot_names
 from maze_machine.editor.scenarios import ScenarioDocument
 
 MACHINES = Path(__file__).parent / "machines"
@@ -93,10 +93,13 @@ def test_a_target_is_a_state(complete):
         ("    when junction.kind == ", {"dead_end", "corner"}, {"drive"}),
         ("    on ", {"done", "blocked", "bumped", "fault"}, {"drive", "space.left"}),
         ("    on done, ", {"blocked"}, {"space.left"}),
-        ("    on done -> left / ", {"beep", "door.remember", "turns", "raise"}, {"drive"}),
+        ("    on done -> left / ", {"beep", "door.remember", "turns", "raise"}, {"drive", "cruise"}),
         ("    on done -> left / turns = 1, ", {"beep", "turns"}, {"drive"}),
         ("    after 5 ", {"s", "ms", "min"}, {"drive"}),
         ("param near : ", {"length", "bool", "Side"}, {"drive"}),
+        ("param near : speed = ", {"cruise", "max"}, {"turns", "clear", "distance.front", "in"}),
+        ("var near : bool = ", set(), {"turns", "space.left", "clear"}),
+        ("    when in(", {"turning", "left"}, {"turning.history", "turns"}),
         ("import ", {"door", "pledge"}, {"walk"}),
         ("state x = ", {"door"}, {"pledge"}),
         ("state ", set(), {"straight", "drive"}),
@@ -161,6 +164,19 @@ def test_definitions(document):
     assert Path(defined("space.front").file).name == "library.py"
     assert defined("done", 1) == defined("rotate")
     assert defined("90") is None
+
+
+def test_an_argument_leads_to_the_python_that_takes_it(document):
+    found = navigation.definition(document(), *at("speed = cruise"))
+    assert found is not None
+    assert Path(found.file).suffix == ".py"
+
+
+def test_an_activity_of_a_robot_leads_to_its_source():
+    text = TEXT.replace("do rotate", "do align(side = right)\n        # do rotate")
+    found = navigation.definition(Document(text, "walk.maze-machine", robot_library()), *at("rotate(90"))
+    assert found is not None
+    assert Path(found.file).name == "align.py"
 
 
 def test_references_are_those_of_one_meaning(document):

@@ -145,6 +145,12 @@ def test_a_requirement_is_shown_and_found_where_it_is_covered(required):
     assert [one.column for one in made.colours() if one.line == 5 and one.kind is Colour.KEYWORD] == [0, 17]
 
 
+def test_the_machine_of_a_test_is_shown(document):
+    found = document().hover(0, 6)
+    assert found is not None
+    assert found.kind.value == "machine"
+
+
 def test_names_are_those_of_the_machine(document, folder):
     made = document()
     assert "Waits for somebody." in made.hover(*at(TEST, "waiting")).doc

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hsm import MachineError, SnapshotError, build
-from hsm.interchange.scxml import read_text, write_text
+from hsm.interchange.scxml import read_file, read_text, write_text
 from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, compile_expression
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.translation import to_machine_text
@@ -57,6 +57,11 @@ def value(text):
         ("'x' in point", True),
         ("1 == true", False),
         ("!0", True),
+        ("names instanceof Array", True),
+        ("point instanceof Array", False),
+        ("point instanceof Object", True),
+        ("'scxml' == 'http://www.w3.org/TR/scxml/#SCXMLEventProcessor'", True),
+        ("'scxml' == 'http'", False),
     ],
 )
 def test_what_an_expression_means(text, expected):
@@ -290,3 +295,67 @@ def test_one_chart_gives_one_trace():
     for tick in range(1, 60):
         assert first.step(tick / 10) == second.step(tick / 10)
     assert first.outcome == second.outcome == "b"
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<script>n = 1</script><state id="a"><transition cond="n == 1" target="pass"/></state>',
+        '<datamodel><data id="n" expr="1"/></datamodel><state id="a"><transition cond="n == 1" target="pass"/></state>',
+        '<state id="a"><onentry><assign location="n" expr="1"/></onentry>'
+        '<transition event="error.execution" target="pass"/></state>',
+        '<state id="a"><onentry><send event="go" namelist="n"/></onentry>'
+        '<transition event="error.execution" target="pass"/></state>',
+    ],
+)
+def test_a_chart_with_data_that_names_no_data_model_has_ecmascript(body):
+    namespace = 'xmlns="http://www.w3.org/2005/07/scxml" version="1.0"'
+    with_it, without = (
+        build(read_text(f'<scxml {namespace}{model}>{body}<final id="pass"/></scxml>')).start()
+        for model in (' datamodel="ecmascript"', "")
+    )
+    assert with_it.outcome == without.outcome == "pass"
+    with pytest.raises(MachineError):
+        read_text(f'<scxml {namespace} datamodel="null">{body}<final id="pass"/></scxml>')
+
+
+@pytest.mark.parametrize("model", ["ecmascript", "python"])
+@pytest.mark.parametrize("spelling", ["scxml", "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"])
+def test_both_spellings_of_the_type_of_an_event_are_equal(model, spelling):
+    text = f"""<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="{model}">
+      <datamodel><data id="kind" expr="0"/></datamodel>
+      <state id="a"><onentry><send event="e"/></onentry>
+        <transition event="e" target="b"><assign location="kind" expr="_event.origintype"/></transition></state>
+      <state id="b"><transition event="on" cond="kind == '{spelling}'" target="c"/></state><final id="c"/></scxml>"""
+    machine = build(read_text(text))
+    run = machine.start()
+    run.step(0.1)
+    restored = machine.restore(run.snapshot())
+    restored.step(0.2, ["on"])
+    assert restored.outcome == "c"
+
+
+def test_data_in_a_file_beside_the_chart(tmp_path):
+    chart = tmp_path / "chart.scxml"
+
+    def outcome(content, condition):
+        (tmp_path / "data.txt").write_bytes(content)
+        chart.write_text(
+            f"""<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+            <datamodel><data id="n" src="file:data.txt"/></datamodel>
+            <state id="a"><transition cond="{condition}" target="pass"/></state><final id="pass"/></scxml>"""
+        )
+        return build(read_file(chart)).start().outcome
+
+    assert outcome(b"[1, 2, 3]", "n instanceof Array &amp;&amp; n[2] == 3") == "pass"
+    assert outcome(b"two \n words", "n == 'two words'") == "pass"
+    for content, words in (
+        (b"<root/>", "XML as data"),
+        (b"\xff\xfe", "not text in UTF-8"),
+        (b"1" * 10_001, "more than 10,000 characters"),
+    ):
+        with pytest.raises(MachineError, match=words):
+            outcome(content, "true")
+    (tmp_path / "data.txt").unlink()
+    with pytest.raises(MachineError, match=r"data\.txt cannot be read"):
+        read_file(chart)

@@ -430,6 +430,24 @@ def test_a_job_that_kills_every_worker_of_a_cluster_is_a_result(cluster):
     assert records["deadly"]["outcome"] == "crashed"
 
 
+def test_a_result_that_is_lost_on_its_way_is_computed_again(cluster, monkeypatch):
+    address, scheduler, worker = cluster
+    scheduler()
+    worker()
+    fetch, cuts = sys.modules["distributed.client"].retry_operation, [OSError("the scheduler was lost")]
+
+    async def cut_once(*args, **kwargs):
+        if cuts:
+            raise cuts.pop()
+        return await fetch(*args, **kwargs)
+
+    monkeypatch.setattr("distributed.client.retry_operation", cut_once)
+    jobs = jobs_of(["right_hand"], ["corridor"], 2)
+    with on_cluster(Setup(time_limit=1.0), jobs, address) as done:
+        assert [record["outcome"] for record in done] == ["still inside"] * 2
+    assert not cuts
+
+
 def test_no_scheduler_at_the_address(finish):
     pytest.importorskip("distributed")
     status, _, err = finish(

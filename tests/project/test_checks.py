@@ -6,6 +6,7 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -22,6 +23,8 @@ CHECKS = {
 
 @pytest.mark.parametrize("check", CHECKS)
 def test_the_project_passes(check):
+    if check == "types" and tuple(map(int, np.__version__.split(".")[:2])) < (2, 4):
+        pytest.skip("numpy before 2.4 declares less precise types")
     ended = subprocess.run(
         [sys.executable, *CHECKS[check]], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,7 @@ from tempfile import TemporaryDirectory
 from hsm.dsl import load_model
 from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Monitor
+from hsm.engine.run import Supervisor
 from hsm.model.diagnostics import MachineError
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault
@@ -291,13 +293,14 @@ class RandomRuns:
     Args:
         machine: the machine.
         seed: of all that is random.
+        watch: begins to watch a run.
 
     Attributes:
         values: those worth trying of each signal.
     """
 
-    def __init__(self, machine: Machine, seed: int) -> None:
-        self._machine = scripted_machine(machine)
+    def __init__(self, machine: Machine, seed: int, watch: Callable[[Supervisor], Monitor] = Monitor) -> None:
+        self._machine, self._watch = scripted_machine(machine), watch
         self._draw = random.Random(seed)
         model = machine.model
         conditions = [*expressions_of(model)]
@@ -330,7 +333,7 @@ class RandomRuns:
         calm = draw.choice((0.0, 0.3, 0.8, 0.95))
         try:
             run = self._machine.start(facts=script)
-            monitor = Monitor(run)
+            monitor = self._watch(run)
             found.update(one.property.name for one in monitor.look(script, run.step(0.0, (), script)))
             time = 0.0
             for _ in range(ticks * (4 if calm > 0.5 else 1)):

@@ -12,6 +12,7 @@ from hsm.dsl.lsp.describe import type_text
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
 from hsm.dsl.lsp.hovering import OPEN_CALL
+from hsm.dsl.semantics.symbols import HISTORY
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.model.types import BOOLEAN, Boolean, Enumeration, Type
 
@@ -26,6 +27,10 @@ _SNIPPETS = {
     "when": "when ${1:condition} -> ${0:state}",
     "after": "after ${1:1 s} -> ${0:state}",
 }
+
+
+_KNOWN_LATER = (SymbolKind.SIGNAL, SymbolKind.VARIABLE, SymbolKind.DEFINITION)
+"""What an initial value cannot be made of: it is known before the machine runs."""
 
 
 def typed(document: Document, line: int, column: int) -> str:
@@ -78,10 +83,13 @@ def _possible(document: Document, before: str) -> Iterator[Entry]:
         yield from vocabulary.events(document)
     elif re.search(r"/\s*$|/.*,\s*$", before):
         yield from (Entry(word, SymbolKind.KEYWORD) for word in ("raise", "send", "cancel"))
-        yield from (*vocabulary.actions(document), *vocabulary.variables(document))
+        yield from vocabulary.actions(document)
+        yield from (one for one in vocabulary.variables(document) if one.kind is SymbolKind.VARIABLE)
     else:
         yield from _carried(document, words[1] if first == "on" and len(words) > 1 else "")
-        yield from _beginning(document, _assigned(document, before))
+        possible = _beginning(document, _assigned(document, before))
+        initial = first in ("param", "var")
+        yield from (one for one in possible if not initial or one.kind not in _KNOWN_LATER)
 
 
 def _carried(document: Document, event: str) -> Iterator[Entry]:
@@ -115,7 +123,8 @@ def _beginning(document: Document, due: Type | None) -> list[Entry]:
 def _inside_call(document: Document, called: str, written: str) -> Iterator[Entry]:
     """Completions inside the brackets of a call: its arguments by name, and values of the expected type."""
     if called == "in":
-        yield from vocabulary.states(document)
+        histories = tuple(f".{suffix}" for suffix in HISTORY)
+        yield from (one for one in vocabulary.states(document) if not one.label.endswith(histories))
         return
     parameters = document.parameters_of(called)
     last = written.rpartition(",")[2]

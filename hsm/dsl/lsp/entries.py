@@ -22,6 +22,7 @@ class SymbolKind(Enum):
     VARIABLE = "variable"
     DEFINITION = "definition"
     PARAMETER = "parameter"
+    PROPERTY = "property"
     ARGUMENT = "argument"
     FUNCTION = "function"
     VALUE = "value"

@@ -26,7 +26,7 @@ _KINDS_OF = {
     Role.FUNCTION: (SymbolKind.FUNCTION,),
     Role.VALUE: (SymbolKind.VALUE,),
     Role.TYPE: (SymbolKind.TYPE,),
-    Role.PROPERTY: (SymbolKind.FUNCTION,),
+    Role.PROPERTY: (SymbolKind.PROPERTY,),
 }
 
 
@@ -49,7 +49,7 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
         found = next((one for one in taken if one.name == here.name), None)
         return None if found is None else Entry(here.name, SymbolKind.ARGUMENT, type_text(found.type))
     if here.role is Role.MACHINE:
-        return _machine_entry(document, here.name)
+        return machine_entry(document, here.name)
     kinds = _KINDS_OF[here.role]
     return next((one for one in vocabulary.everything(document) if one.label == here.name and one.kind in kinds), None)
 
@@ -96,7 +96,8 @@ def state_entry(document: Document, name: str) -> Entry | None:
     return replace(entry, doc="\n\n".join(part for part in parts if part))
 
 
-def _machine_entry(document: Document, name: str) -> Entry | None:
+def machine_entry(document: Document, name: str) -> Entry | None:
+    """A machine: the one of the file, or an imported one."""
     inner = document.imported(name.rpartition(".")[2])
     if inner is None:
         heading = document.table.heading

@@ -177,7 +177,8 @@ def definition(document: Document, line: int, column: int) -> Span | None:
         return None if inner is None else _declared(inner, here.name, (Role.PARAMETER,))
     if here.role is Role.ARGUMENT:
         declared = (one for one in document.occurrences if one.declares and one.role is Role.ARGUMENT)
-        return next((span(document, one) for one in declared if (one.owner, one.name) == (here.owner, here.name)), None)
+        carried = (span(document, one) for one in declared if (one.owner, one.name) == (here.owner, here.name))
+        return next(carried, None) or _python(document, here.owner)
     if here.role is Role.EVENT:
         return _event(document, here.name) or _ended(document, line, here.name)
     if here.owner in document.table.states:

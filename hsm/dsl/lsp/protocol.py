@@ -32,6 +32,7 @@ KINDS = {
     SymbolKind.PARAMETER: types.CompletionItemKind.Constant,
     SymbolKind.ARGUMENT: types.CompletionItemKind.Field,
     SymbolKind.FUNCTION: types.CompletionItemKind.Function,
+    SymbolKind.PROPERTY: types.CompletionItemKind.Property,
     SymbolKind.VALUE: types.CompletionItemKind.EnumMember,
     SymbolKind.TYPE: types.CompletionItemKind.TypeParameter,
     SymbolKind.UNIT: types.CompletionItemKind.Unit,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -15,8 +16,10 @@ from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
 from hsm.model.chart import StateKind
 from hsm.model.registry import Parameter
-from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration
+from hsm.model.types import BOOLEAN, QUANTITY_NAMES, UNITS, Enumeration
 
+_LOGIC = re.compile(r"[<>!]|==|\b(?:and|or|not|in)\b")
+"""What only a condition has."""
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
 
 
@@ -74,7 +77,8 @@ def values(document: Document) -> Iterator[Entry]:
         kind = document.type_named(name)
         members = kind.members if isinstance(kind, Enumeration) else ()
         yield from (Entry(member, SymbolKind.VALUE, name, type=kind) for member in members)
-    yield from (Entry(name, SymbolKind.FUNCTION) for name in FUNCTIONS)
+    for name in FUNCTIONS:
+        yield Entry(name, SymbolKind.FUNCTION, type=BOOLEAN if name == "in" else None)
 
 
 def variables(document: Document) -> Iterator[Entry]:
@@ -87,7 +91,9 @@ def variables(document: Document) -> Iterator[Entry]:
                 yield _declared_value(document, name, kind, SymbolKind.VARIABLE)
             case ast.DefinitionLine(name):
                 detail = _declared_text(document, name, "").removeprefix(" = ")
-                yield Entry(str(name), SymbolKind.DEFINITION, detail, document.tree.comment_above(name.line or 1))
+                kind_of_value = BOOLEAN if _LOGIC.search(detail) else None
+                doc = document.tree.comment_above(name.line or 1)
+                yield Entry(str(name), SymbolKind.DEFINITION, detail, doc, type=kind_of_value)
             case ast.EnumerationLine(name, members):
                 known = document.type_named(str(name))
                 yield from (Entry(str(one), SymbolKind.VALUE, str(name), type=known) for one in members)
@@ -217,7 +223,7 @@ def _properties(document: Document) -> Iterator[Entry]:
     for line in document.table.root.lines:
         if isinstance(line, ast.PropertyLine):
             text = document.tree.lines[(line.name.line or 1) - 1].partition(":")[2].partition("#")[0].strip()
-            yield Entry(str(line.name), SymbolKind.FUNCTION, text, document.tree.comment_above(line.name.line or 1))
+            yield Entry(str(line.name), SymbolKind.PROPERTY, text, document.tree.comment_above(line.name.line or 1))
 
 
 def _call_snippet(name: str, parameters: Iterable[Parameter]) -> str:

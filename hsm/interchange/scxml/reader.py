@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from math import isfinite
 from pathlib import Path
 
-from hsm.interchange.scxml.conditions import ConditionError, parse_condition
-from hsm.interchange.scxml.data_use import SILENT, all_of, has_data_elements, uses_data
+from hsm.interchange.scxml.data_use import all_of, has_data, uses_data
 from hsm.interchange.scxml.datamodel.content import CommunicationError
-from hsm.interchange.scxml.datamodel.expressions import PROCESSOR_NAMES, DataError
+from hsm.interchange.scxml.datamodel.expressions import DataError
 from hsm.interchange.scxml.datamodel.model import CHARTS, DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
+from hsm.interchange.scxml.null_model import NullModel, report_unsupported
 from hsm.interchange.scxml.own_words import OWN_DATA_MODEL
 from hsm.interchange.scxml.vocabulary import breaches
 from hsm.model.chart import (
     Action,
     Always,
-    Cancel,
     Invoke,
     Model,
     On,
-    Raise,
-    Send,
     State,
     StateKind,
     Transition,
@@ -33,17 +28,13 @@ from hsm.model.chart import (
 )
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
-from hsm.model.expressions import Active, Binary, Expression, Unary
-from hsm.model.messages import Store
 from hsm.model.topology import Topology
 
 _STATES = ("state", "parallel", "final", "history")
 """Elements without an effect on the states: they are ignored."""
 
-_DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
 _LARGEST = 32 * 2**20
 _DEEPEST_INVOKE = 16
-_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
 def read_file(path: str | Path) -> Model:
@@ -123,6 +114,16 @@ class _Loader:
             self.reader.findings += [replace(one, place=one.place or element.place) for one in error.diagnostics]
             return None
 
+    def data(self, element: Element) -> str | None:
+        """The text of the file beside this chart that a ``data`` names."""
+        try:
+            return _content(self._beside(element.attributes["src"])).decode()
+        except MachineError as error:
+            self.reader.findings += [replace(one, place=element.place) for one in error.diagnostics]
+        except UnicodeDecodeError:
+            self.reader.find("E0902", f"`{element.attributes['src']}` is not text in UTF-8", element.place)
+        return None
+
     def text(self, text: object) -> Model:
         """A chart that is made while the machine runs."""
         if not isinstance(text, str):
@@ -152,11 +153,14 @@ class _Loader:
             message = f"charts invoke each other more than {_DEEPEST_INVOKE} levels deep"
             hint = "name the chart by `srcexpr`, which is read when it is due"
             raise MachineError([finding("E0902", None, message, hint)])
-        path = Path(self.reader.file).parent / name.removeprefix("file:")
+        path = self._beside(name)
         model, found = _read(parse(_content(path), str(path)), str(path), self.reader.depth + 1)
         if found:
             raise MachineError(found)
         return model
+
+    def _beside(self, name: str) -> Path:
+        return Path(self.reader.file).parent / name.removeprefix("file:")
 
 
 @dataclass(slots=True)
@@ -180,7 +184,7 @@ class _Reader:
         self.drafts: list[_Draft] = []
         self.indices: dict[str, int] = {}
         self.transitions: list[Transition] = []
-        self.data: DataModel | None = None
+        self.data: DataModel | NullModel = NullModel(self.find, lambda names, place: list(self._targets(names, place)))
 
     def read(self, top: Element) -> Model:
         if top.tag != "scxml":
@@ -191,10 +195,10 @@ class _Reader:
             self.find("E0904", message, top.place, "use the machine's own file, or write the chart in `ecmascript`")
             return Model("", ())
         self._number(top)
-        self.data = self._data_model(top)
+        self.data = self._data_model(top) or self.data
         states = tuple(self._state(index) for index in range(len(self.drafts)))
         name = states[0].name
-        store = None if self.data is None else Store(self.data.declare(self._data_names()))
+        store = self.data.declare(self._data_names())
         model = Model(name, states, tuple(self.transitions), files=(self.file,), store=store)
         if not self.findings:
             self._check_targets(model)
@@ -256,10 +260,10 @@ class _Reader:
             entry=(
                 *self._begun(index),
                 *self._scripts(element),
-                *(action for block in element.of("onentry") for action in self._actions(block)),
+                *(action for block in element.of("onentry") for action in self.data.block(block)),
                 *self._result(draft),
             ),
-            exit=tuple(action for block in element.of("onexit") for action in self._actions(block)),
+            exit=tuple(action for block in element.of("onexit") for action in self.data.block(block)),
             transitions=transitions,
             invokes=self._invokes(draft),
             place=element.place,
@@ -267,9 +271,8 @@ class _Reader:
 
     def _invokes(self, draft: _Draft) -> tuple[Invoke, ...]:
         """The charts that run while a state is active."""
-        if self.data is None or draft.parent < 0:
+        if isinstance(self.data, NullModel) or draft.parent < 0:
             return ()
-        load = _Loader(self)
         for one in draft.element.of("invoke"):
             kind = one.attributes.get("type", "scxml")
             if kind not in CHARTS:
@@ -283,21 +286,17 @@ class _Reader:
         if self.findings:
             return ()
         elements = enumerate(draft.element.of("invoke"), 1)
-        return tuple(self.data.invoke(one, draft.name, number, load) for number, one in elements)
+        return tuple(self.data.invoke(one, draft.name, number) for number, one in elements)
 
     def _refuse_strangers(self, element: Element) -> None:
-        known = {*_STATES, "transition", "onentry", "onexit", "initial"}
-        if self.data is not None:
-            known |= {"datamodel", "donedata", "script" if element.tag == "scxml" else "invoke"}
+        known = {*_STATES, "transition", "onentry", "onexit", "initial", *self.data.elements}
+        known.discard("invoke" if element.tag == "scxml" else "script")
         for child in element.children:
             empty_data = child.tag == "datamodel" and not child.children
             if child.tag not in known and not empty_data:
-                self._unsupported(child)
+                report_unsupported(self.find, child)
         if "initial" in element.attributes and element.tag in ("parallel", "final", "history"):
             self.find("E0904", f"a <{element.tag}> has no `initial`", element.place, "leave it out")
-
-    def _unsupported(self, element: Element) -> None:
-        self.find("E0903", f"<{element.tag}> is not supported", element.place, _ADVICE.get(element.tag, "leave it out"))
 
     def _kind(self, draft: _Draft) -> StateKind:
         element = draft.element
@@ -355,7 +354,7 @@ class _Reader:
                 self.find("E0904", f"a default transition has no `{name}`", transition.place, "leave it out")
         targets = tuple(self._targets(transition.attributes["target"].split(), transition.place))
         self._check_within(targets, index, around, transition.place)
-        return targets, self._actions(transition)
+        return targets, self.data.block(transition)
 
     def _check_within(self, targets: tuple[int, ...], index: int, around: int, place: Place) -> None:
         for target in targets:
@@ -394,8 +393,8 @@ class _Reader:
                 source=source,
                 targets=targets,
                 trigger=On(events, prefix=True) if events else Always(),
-                guard=self._guard(element) if "cond" in attributes else None,
-                actions=self._actions(element),
+                guard=self.data.guard(element) if "cond" in attributes else None,
+                actions=self.data.block(element),
                 kind=leaves,
                 place=element.place,
             )
@@ -403,21 +402,22 @@ class _Reader:
         return len(self.transitions) - 1
 
     def _data_model(self, top: Element) -> DataModel | None:
-        """The data model that a chart uses: the one that it names, or the default, which the standard leaves open."""
-        name = top.attributes.get("datamodel", "null")
+        """The data model that a chart uses; None if it uses none.
+
+        The standard leaves it to the platform which one a chart has that names none: here it is ``ecmascript`` if the
+        chart has data.
+        """
+        name = top.attributes.get("datamodel") or ("ecmascript" if has_data(top) else "null")
         if name == "null" and (any(all_of(top, "invoke")) or self.depth):
             name = "ecmascript"  # sessions that communicate need it; there is no data
-        if "datamodel" not in top.attributes and has_data_elements(top):
-            name = "ecmascript"
-        if name in DATA_MODELS and not uses_data(top) and not self.depth:
-            return None
         if name in DATA_MODELS:
 
             def refuse(element: Element, reason: str, hint: str) -> None:
                 self.find("E0905", reason, element.place, hint)
 
-            return DataModel(self.drafts[0].name, self.indices, refuse)
-        if name != "null":
+            if uses_data(top) or self.depth:
+                return DataModel(self.drafts[0].name, self.indices, refuse, _Loader(self))
+        elif name != "null":
             known = ", ".join(("null", *DATA_MODELS))
             self.find("E0904", f"the data model `{name}` is not supported", top.place, f"those are: {known}")
         return None
@@ -432,8 +432,6 @@ class _Reader:
 
     def _begun(self, index: int) -> tuple[Action, ...]:
         """The code that sets the data of a state: all at the start, or each on its first entry."""
-        if self.data is None:
-            return ()
         if self.drafts[0].element.attributes.get("binding", "early") == "late":
             return self.data.begin(self._data_of(index), index, first=index > 0)
         every = [one for state in range(len(self.drafts)) for one in self._data_of(state)]
@@ -441,94 +439,12 @@ class _Reader:
 
     def _scripts(self, element: Element) -> tuple[Action, ...]:
         """What the scripts at the top of a chart do when it begins."""
-        scripts = element.of("script") if self.data is not None and element.tag == "scxml" else ()
-        return tuple(action for one in scripts if self.data is not None for action in self.data.script(one))
+        scripts = element.of("script") if element.tag == "scxml" else ()
+        return tuple(action for one in scripts for action in self.data.script(one))
 
     def _result(self, draft: _Draft) -> tuple[Action, ...]:
         """The data of the completion that a final state causes."""
-        if self.data is None:
-            return ()
         return tuple(one for data in draft.element.of("donedata") for one in self.data.result(data, draft.parent))
-
-    def _guard(self, element: Element) -> Expression | None:
-        text, place = element.attributes["cond"], element.place
-        if self.data is not None:
-            return self.data.guard(element)
-        try:
-            guard = parse_condition(text, place)
-        except ConditionError as error:
-            hint = "conditions are made of In('state'), true, false, and, or, not"
-            self.find("E0905", f"this condition is not supported: {error}", place, hint)
-            return None
-        for name in _states_named(guard):
-            list(self._targets([name], place))
-        return guard
-
-    def _actions(self, block: Element) -> tuple[Action, ...]:
-        if self.data is not None:
-            return self.data.block(block)
-        found = (self._action(element) for element in block.children if element.tag not in SILENT)
-        return tuple(action for action in found if action is not None)
-
-    def _action(self, element: Element) -> Action | None:
-        match element.tag:
-            case "raise":
-                event = self._required(element, "event")
-                return Raise(event, element.place) if event else None
-            case "send":
-                return self._send(element)
-            case "cancel":
-                self._only(element, "sendid")
-                label = self._required(element, "sendid")
-                return Cancel(label, element.place) if label else None
-            case _:
-                self._unsupported(element)
-                return None
-
-    def _send(self, element: Element) -> Action | None:
-        self._only(element, "event", "target", "type", "id", "delay")
-        for child in element.children:
-            self._unsupported(child)
-        attributes = element.attributes
-        if attributes.get("type", "scxml") not in PROCESSOR_NAMES:
-            reason = f"an event of type `{attributes['type']}` cannot be sent"
-            self.find("E0904", reason, element.place, "a chart sends to itself only")
-        target = attributes.get("target", "")
-        if target not in ("", "#_internal"):
-            self.find("E0904", f"nothing can be sent to `{target}`", element.place, "a chart sends to itself only")
-        event = self._required(element, "event")
-        delay = self._delay(attributes.get("delay", "0"), element.place)
-        if not event:
-            return None
-        if target == "#_internal":
-            return Raise(event, element.place)
-        return Send(event, delay, attributes.get("id"), element.place)
-
-    def _delay(self, text: str, place: Place) -> float:
-        if text.strip() == "0":
-            return 0.0
-        found = _DELAY.fullmatch(text)
-        seconds = float(found[1]) * _SECONDS[found[2]] if found else -1.0
-        if found is None or not isfinite(seconds):
-            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "not a delay"
-            self.find("E0910", f"`{text}` is {what}", place, "write it as in `1.5s` or `200ms`")
-        return seconds
-
-    def _required(self, element: Element, name: str) -> str | None:
-        value = element.attributes.get(name)
-        if not value:
-            self.find("E0909", f"<{element.tag}> needs `{name}`", element.place)
-        return value
-
-    def _only(self, element: Element, *known: str) -> None:
-        for name in element.attributes:
-            if name not in known:
-                hint = (
-                    f"write the value itself: `{name.removesuffix('expr')}`"
-                    if name.endswith("expr")
-                    else "leave it out"
-                )
-                self.find("E0904", f"`{name}` of <{element.tag}> is not supported", element.place, hint)
 
     def _check_targets(self, model: Model) -> None:
         """Several targets must lie in different regions of a parallel state."""
@@ -542,33 +458,3 @@ class _Reader:
                     if model.states[around].kind is not StateKind.PARALLEL and place is not None:
                         pair = f"`{model.states[other].name}` and `{model.states[target].name}`"
                         self.find("E0911", f"{pair} cannot be active together", place)
-
-
-def _states_named(guard: Expression) -> Iterator[str]:
-    match guard:
-        case Active(state):
-            yield state
-        case Unary(_, operand):
-            yield from _states_named(operand)
-        case Binary(_, left, right):
-            yield from _states_named(left)
-            yield from _states_named(right)
-
-
-_DATA = 'declare the data model of the chart: `datamodel="ecmascript"`'
-_CASES = _DATA
-_ADVICE = {
-    "script": _DATA,
-    "invoke": "put it into a state of a chart with a data model; a .maze-machine has activities (`do`)",
-    "finalize": "put it into an <invoke>",
-    "datamodel": _DATA,
-    "data": _DATA,
-    "assign": _DATA,
-    "foreach": _DATA,
-    "if": _CASES,
-    "elseif": _CASES,
-    "else": _CASES,
-    "donedata": "leave it out: the name of the final state shows how the chart ended",
-    "param": "events carry no data: send one of several events instead",
-    "content": "events carry no data: send one of several events instead",
-}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from copy import deepcopy
@@ -9,15 +10,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hsm.interchange.scxml.datamodel.expressions import (
-    PROCESSOR,
-    PROCESSOR_NAMES,
+    PROCESSORS,
     DataError,
     Environment,
     Evaluate,
     compile_expression,
     truth,
 )
-from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
+from hsm.interchange.scxml.datamodel.tokens import LONGEST_EXPRESSION, InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Cancel, Send
 from hsm.model.messages import STORE, ScxmlEvent, Store
@@ -146,7 +146,15 @@ class Builder:
             return self.expression(element, text)
         if element.children:
             self.refuse(element, "XML as data is not supported", "write the data as an expression")
-        body = element.text.strip()
+        return self.literal(element, element.text)
+
+    def literal(self, element: Element, text: str) -> Evaluate:
+        """The value of some text: of the literal that it is, or the text itself, with single blanks."""
+        body = text.strip()
+        if len(body) > LONGEST_EXPRESSION:
+            reason = f"data of more than {LONGEST_EXPRESSION:,} characters is not supported"
+            self.refuse(element, reason, "keep the data outside of the chart")
+            return lambda _: None
         if not body:
             return lambda _: None
         try:
@@ -282,7 +290,7 @@ class Builder:
         if any("basichttp" in value.lower() for value in element.attributes.values()):
             self.refuse(element, "events over HTTP are not supported", "a chart sends to itself only")
         event, target = self.either(element, "event"), self.either(element, "target", "")
-        kind, delay = self.either(element, "type", PROCESSOR), self.either(element, "delay", "0s")
+        kind, delay = self.either(element, "type", "scxml"), self.either(element, "delay", "0s")
         payload, place = self.payload(element), element.attributes.get("idlocation")
         given = element.attributes.get("id")
         self._made += 1
@@ -296,7 +304,7 @@ class Builder:
                         raise DataError(f"there is no data `{place}`")
                     session.set(place, made)
                 name, processor, where = event(session), kind(session), target(session)
-                seconds = _seconds(delay(session))
+                seconds = seconds_of(delay(session))
                 data = payload(session)
                 if not isinstance(name, str) or not name:
                     raise DataError("an event that is sent needs a name")
@@ -344,17 +352,23 @@ def _changed(value: Any, path: list[str], new: Any) -> Any:
     return {**value, path[0]: _changed(value.get(path[0]), path[1:], new)}
 
 
-def _seconds(value: Any) -> float:
-    if value in (0, "0"):
+def seconds_of(value: Any) -> float:
+    """The seconds of a delay such as ``1.5s``.
+
+    Raises:
+        DataError: it is not a delay.
+    """
+    if value == 0 or (isinstance(value, str) and value.strip() == "0"):
         return 0.0
     found = _DELAY.fullmatch(value) if isinstance(value, str) else None
-    if found is None:
+    seconds = float(found[1]) * _SECONDS[found[2]] if found else math.inf
+    if not math.isfinite(seconds):
         raise DataError(f"`{value}` is not a delay")
-    return float(found[1]) * _SECONDS[found[2]]
+    return seconds
 
 
 def _check_processor(kind: Any) -> None:
-    if kind not in (*PROCESSOR_NAMES, PROCESSOR.removesuffix("#SCXMLEventProcessor")):
+    if kind not in PROCESSORS:
         raise DataError(f"there is no event processor `{kind}`")
 
 

@@ -14,12 +14,6 @@ from typing import Any
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, Lexeme, UnsupportedError, tokens_of
 from hsm.model.messages import Store
 
-PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
-"""The processor of events between charts, as ``_event.origintype`` names it."""
-
-PROCESSOR_NAMES = ("scxml", PROCESSOR)
-"""Its two names (Recommendation, section C.1); an expression that compares one with the other finds them equal."""
-
 
 class DataError(Exception):
     """An expression that cannot be evaluated: SCXML's ``error.execution``."""
@@ -54,11 +48,26 @@ def in_session(system: Mapping[str, Any], session: str) -> Mapping[str, Any]:
 
 
 Evaluate = Callable[[Environment], Any]
+
+PROCESSORS = (
+    "http://www.w3.org/TR/scxml/#SCXMLEventProcessor",
+    "http://www.w3.org/TR/scxml/",
+    "http://www.w3.org/TR/scxml",
+    "scxml",
+)
+"""The spellings of the type of the SCXML event processor, which compare as equal; ``_event.origintype`` is the first.
+
+Source: W3C, State Chart XML (SCXML), section 6.2.5, which names the first and the last of them.
+"""
+
 _DEPTH = 60
 _LONGEST = 100_000
 _CONSTANTS = {"true": True, "false": False, "True": True, "False": False, "null": None, "None": None, "undefined": None}
-_WORDS = frozenset({"and", "or", "not", "is", "in", "typeof", "return", "var", "let", "const", "if", "else"})
+_WORDS = frozenset(
+    {"and", "or", "not", "is", "in", "instanceof", "typeof", "return", "var", "let", "const", "if", "else"}
+)
 _LEVELS: tuple[tuple[str, ...], ...] = (("||", "or"), ("&&", "and"))
+_CLASSES: dict[str, type | tuple[type, ...]] = {"Array": list, "Object": (list, dict)}
 _COMPARE = frozenset({"==", "!=", "===", "!==", "<", "<=", ">", ">="})
 
 
@@ -94,7 +103,7 @@ def event_fields(store: Store) -> Any:
         "type": event.kind,
         "sendid": event.sendid,
         "origin": origin,
-        "origintype": PROCESSOR if origin is not None else None,
+        "origintype": PROCESSORS[0] if origin is not None else None,
         "invokeid": event.invokeid,
         "data": event.data,
     }
@@ -144,8 +153,11 @@ class _Parser:
 
     def _comparison(self, depth: int) -> Evaluate:
         first = self._sum(depth)
-        while self.left and (self.left[0].value in _COMPARE or self._is("is", "in")):
+        while self.left and (self.left[0].value in _COMPARE or self._is("is", "in", "instanceof")):
             operator = str(self.left.pop(0).value)
+            if operator == "instanceof":
+                first = _instance(first, str(self.left.pop(0).value) if self.left else "")
+                continue
             if operator == "is" and self._take("not"):
                 operator = "!="
             first = _compared("==" if operator == "is" else operator, first, self._sum(depth))
@@ -291,10 +303,17 @@ def _compared(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
     return compare
 
 
+def _instance(operand: Evaluate, name: str) -> Evaluate:
+    """Whether a value is a list (``Array``), or a list or an object (``Object``)."""
+    if name not in _CLASSES:
+        raise UnsupportedError(f"`instanceof {name}`")
+    return lambda env: isinstance(operand(env), _CLASSES[name])
+
+
 def _alike(first: Any, second: Any) -> bool:
     if isinstance(first, bool) != isinstance(second, bool):
         return False
-    return bool(first == second) or (first in PROCESSOR_NAMES and second in PROCESSOR_NAMES)
+    return bool(first == second) or (first in PROCESSORS and second in PROCESSORS)
 
 
 def _computed(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:

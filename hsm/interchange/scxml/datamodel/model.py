@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from hsm.interchange.scxml.datamodel.content import BlockContext, Builder, Step, run_block
-from hsm.interchange.scxml.datamodel.expressions import PROCESSOR_NAMES, DataError, Environment, Evaluate, truth
+from hsm.interchange.scxml.datamodel.expressions import PROCESSORS, DataError, Environment, Evaluate, truth
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Execute, Invoke, Invoked, Model
 from hsm.model.expressions import Computed
-from hsm.model.messages import STORE
+from hsm.model.messages import STORE, Store
 from hsm.model.registry import SignalDeclaration
 from hsm.model.types import BOOLEAN
 
@@ -31,6 +31,10 @@ class Load(Protocol):
 
     def file(self, element: Element) -> Model | None:
         """The chart in a file that an ``invoke`` names; None, with diagnostics, if it is not valid."""
+        ...
+
+    def data(self, element: Element) -> str | None:
+        """The text of the file that a ``data`` names; None, with diagnostics, if it cannot be read."""
         ...
 
     def text(self, text: Any) -> Model:
@@ -58,13 +62,18 @@ class DataModel:
         name: of the chart.
         states: the index of each state, by name.
         refuse: reports an element, its unsupported feature, and a suggestion.
+        load: reads the files that the chart names.
     """
 
     name: str
     states: Mapping[str, int]
     refuse: Callable[[Element, str, str], None]
+    load: Load
     system: Mapping[str, Any] = field(init=False)
     _builder: Builder = field(init=False)
+
+    elements = frozenset({"datamodel", "donedata", "script", "invoke"})
+    """What a state or the chart may contain in addition."""
 
     def __post_init__(self) -> None:
         session = self.name or "chart"
@@ -72,7 +81,7 @@ class DataModel:
         self.system = {
             "_sessionid": session,
             "_name": self.name,
-            "_ioprocessors": dict.fromkeys(PROCESSOR_NAMES, location),
+            "_ioprocessors": {PROCESSORS[0]: location, PROCESSORS[-1]: location},
             "_x": {},
         }
         self._builder = Builder(self.refuse)
@@ -127,12 +136,15 @@ class DataModel:
 
     def _data(self, element: Element) -> Evaluate:
         if "src" in element.attributes:
-            self.refuse(element, "`src` of <data> is not supported", "write the data itself: `expr`")
+            text = self.load.data(element) or ""
+            if text.lstrip().startswith("<"):
+                self.refuse(element, "XML as data is not supported", "write the data as an expression")
+            return self._builder.literal(element, text)
         return self._builder.value(element)
 
-    def declare(self, names: Iterable[str]) -> dict[str, Any]:
+    def declare(self, names: Iterable[str]) -> Store:
         """All data as it is before it is set."""
-        return dict.fromkeys(names)
+        return Store(dict.fromkeys(names))
 
     def result(self, element: Element, state: int) -> tuple[Execute, ...]:
         """What the completion of a state carries, set when its final state is entered."""
@@ -148,22 +160,21 @@ class DataModel:
 
         return (self._execute(element, [note]),)
 
-    def invoke(self, element: Element, state: str, number: int, load: Load) -> Invoke:
+    def invoke(self, element: Element, state: str, number: int) -> Invoke:
         """A chart that runs while a state is active.
 
         Args:
             element: the ``invoke`` element.
             state: the state's name.
             number: which of the state's it is.
-            load: gives the chart of a file or of a text.
         """
         builder, attributes = self._builder, element.attributes
         content = next(iter(element.of("content")), None)
         inline = next(iter(content.of("scxml")), None) if content is not None else None
         kind, source = builder.either(element, "type", "scxml"), builder.either(element, "src")
-        known = load.element(inline) if inline is not None else None
+        known = self.load.element(inline) if inline is not None else None
         if content is None and "src" in attributes:
-            known = load.file(element)
+            known = self.load.file(element)
         written = builder.value(content) if content is not None and inline is None else None
         data = builder.payload(element, content=False)
         final = [builder.block(one.children) for one in element.of("finalize")]
@@ -177,7 +188,7 @@ class DataModel:
                 model = known
                 if model is None:
                     text = session.evaluate(written) if written is not None else None
-                    model = load.text(text) if written is not None else load.at_run_time(source(session))
+                    model = self.load.text(text) if written is not None else self.load.at_run_time(source(session))
                 if place is not None:
                     session.set(place, identifier)
                 given = data(session)

@@ -32,9 +32,11 @@ _TOKEN = re.compile(
 _STRANGE = frozenset({"=>", "++", "--", "+=", "-=", "*=", "/=", "%="})
 _KEYWORDS = frozenset(
     {"function", "new", "lambda", "for", "import", "class", "while", "await", "async", "yield", "delete"}
+    | {"this", "void", "switch", "try", "throw", "do"}
 )
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "0": "\0"}
-_LONGEST = 10_000
+LONGEST_EXPRESSION = 10_000
+"""The number of characters of the longest expression."""
 
 
 def tokens_of(text: str) -> list[Lexeme]:
@@ -44,8 +46,8 @@ def tokens_of(text: str) -> list[Lexeme]:
         InvalidExpressionError: a character begins no token.
         UnsupportedError: a token belongs to what is not in the subset.
     """
-    if len(text) > _LONGEST:
-        raise UnsupportedError(f"an expression of more than {_LONGEST} characters")
+    if len(text) > LONGEST_EXPRESSION:
+        raise UnsupportedError(f"an expression of more than {LONGEST_EXPRESSION} characters")
     found: list[Lexeme] = []
     at, text = 0, text.rstrip()
     while at < len(text):

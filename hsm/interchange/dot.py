@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 Attributes = dict[str, str | None]
-"""None is no colour."""
+"""None means without colour."""
 
 
 class DotNode:

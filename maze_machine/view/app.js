@@ -40,11 +40,16 @@ const app = (() => {
     if (found !== undefined) { play(false); seek(found); }
   }
 
+  let dropped = 0;
+  function forget() {  // the oldest frames are gone
+    if (store.dropped === dropped) return;
+    at = Math.max(0, at - (store.dropped - dropped)); dropped = store.dropped;
+    plan.restart(); lanes.restart();
+  }
   function take(frames) {
-    const before = store.dropped, restarts = store.restarts, first = !store.frames.length;
+    const restarts = store.restarts, first = !store.frames.length;
     for (const one of frames) store.add(one);
-    const lost = store.dropped - before;
-    if (lost) { at = Math.max(0, at - lost); plan.restart(); lanes.restart(); }
+    forget();
     if (store.restarts !== restarts) { at = Math.min(at, store.frames.length - 1); plan.restart(); lanes.restart(); }
     if (first) { controls.came(); moment(); }
     if (following) at = store.frames.length - 1;
@@ -65,6 +70,7 @@ const app = (() => {
   }
   function grown() {  // more of a recording is there
     if (!store.frames.length) return;
+    forget();
     if (wished === null && !document.body.dataset.shown) moment(); else wish();
     stale = true;
   }

@@ -1,6 +1,6 @@
 // The frames of a run, in order, each complete; what the server leaves out is as it was in the frame before.
 const head = DATA.head, model = head.model;
-const MOST = 36000;
+const MOST = DATA.live ? 18000 : 200000;  // of a run that goes on half an hour is kept
 const element = (id) => document.getElementById(id);
 const EMPTY = Object.freeze([]), NONE = Object.freeze({});
 const BLANK = { states: EMPTY, taken: EMPTY, fired: EMPTY, twist: [0, 0, 0], regions: NONE, activities: NONE,

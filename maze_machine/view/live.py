@@ -29,7 +29,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from maze_machine.view.drawings import is_graph
-from maze_machine.view.page import VIZ, Frame, FrameEncoder, live_page
+from maze_machine.view.page import KEYFRAME, VIZ, Frame, FrameEncoder, live_page
 
 LOOPBACK = "127.0.0.1"
 KEPT = 18_000
@@ -85,9 +85,10 @@ class Feed:
         """Make and encode the new frames; call it from a single thread."""
         for _ in range(min(len(self._waiting), BATCH)):
             self._frames.append(self._encoder(self._waiting.popleft()()))
-        if len(self._frames) >= 2 * KEPT:
-            del self._frames[:KEPT]
-            self._dropped += KEPT
+        spare = (len(self._frames) - KEPT) // KEYFRAME * KEYFRAME  # the first that is kept is complete
+        if spare > KEPT // 8:
+            del self._frames[:spare]
+            self._dropped += spare
 
     @property
     def complete(self) -> bool:

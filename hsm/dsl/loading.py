@@ -18,8 +18,11 @@ from hsm.dsl.syntax.layout import without_doubtful
 from hsm.dsl.syntax.parser import parse
 from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model
-from hsm.model.diagnostics import Diagnostic, MachineError
+from hsm.model.diagnostics import Diagnostic, MachineError, Place
 from hsm.model.registry import Library
+
+ASSUMED = "--assume"
+"""The file that places in further assumptions name; the line is the number of the assumption."""
 
 _DEEPEST = 100  # files, each imported by the previous one
 
@@ -39,13 +42,25 @@ class Checked:
     sources: dict[str, str] = field(default_factory=dict)
 
 
-def load_model(path: str | Path, library: Library) -> Model:
+def load_model(path: str | Path, library: Library, assumed: Sequence[str] = ()) -> Model:
     """The machine in a file.
 
+    Args:
+        path: where it is.
+        library: the registry.
+        assumed: further assumptions, as ``NAME : CLAIM``.
+
     Raises:
-        MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
+        MachineError: it, or a machine that it imports, cannot be built; with all diagnostics. Those about a further
+            assumption have ``ASSUMED`` as their file.
     """
-    return _model(check_file(path, library, remarks=False))
+    if not assumed:
+        return _model(check_file(path, library, remarks=False))
+    text = read_text(path).rstrip("\n")
+    further = "".join(f"\n{_ASSUME}{one}" for one in assumed)
+    checked = check_text(f"{text}{further}\n", library, str(path), remarks=False)
+    lines = text.count("\n") + 1
+    return _model(replace(checked, diagnostics=tuple(_elsewhere(one, lines) for one in checked.diagnostics)))
 
 
 def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
@@ -148,6 +163,19 @@ def importable(file: Path, library: Library) -> list[str]:
     """The machines that a file can import by name: those beside it, and those in the folders of the library."""
     paths = (path for folder in (file.parent, *library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
     return [path.stem for path in paths if path.stem != file.stem]
+
+
+_ASSUME = "assume "
+
+
+def _elsewhere(found: Diagnostic, lines: int) -> Diagnostic:
+    """The same diagnostic; a place after the last line of the file is one in a further assumption."""
+    place = found.place
+    if place is None or place.line <= lines:
+        return found
+    line, left = place.line - lines, len(_ASSUME)
+    columns = (max(1, place.column - left), line, max(1, place.end_column - left))
+    return replace(found, place=Place(ASSUMED, line, *columns))
 
 
 def _model(checked: Checked) -> Model:

@@ -15,9 +15,11 @@ from hsm.engine.record import StepRecord, took_something
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression
 from hsm.model.properties import (
+    LONGEST_TICK,
     AlwaysHolds,
     Claim,
     Never,
+    Paced,
     Precedence,
     Property,
     Recurrence,
@@ -71,7 +73,7 @@ def deadline(stated: Property, memory: Memory) -> float | None:
 
 
 def _begun(claim: Claim, time: float) -> Memory:
-    return time + claim.within if isinstance(claim, Recurrence) else None
+    return time + claim.within if isinstance(claim, Recurrence | Paced) else None
 
 
 def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memory, bool]:
@@ -98,6 +100,8 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
             if not armed or holds(first) is True:
                 return None, False
             return _ARMED, holds(then) is True
+        case Paced(within):
+            return time + within, memory is not None and _late(memory, time, met=True)
 
 
 def _late(due: float, time: float, *, met: bool) -> bool:
@@ -130,12 +134,17 @@ class Violation:
         return f"{place}{what} {self.property.name} {how} at {self.time:.10g} s in {states}: {self.property.text}"
 
 
+PACE = Property("longest tick", Paced(LONGEST_TICK), f"a step comes at most {LONGEST_TICK:g} s after the last")
+"""What proofs assume of the time between two steps, unless they are asked to assume something else."""
+
+
 class Monitor:
     """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
-    What stays violated from step to step is reported once. Assumptions come first. A step that took nothing leaves the
-    states and variables as they are; after it, only claims about signals, those that wait for a deadline, and those
-    that were violated are looked at again.
+    What stays violated from step to step is reported once, and a broken assumption once in a run. Assumptions come
+    first; ``PACE`` is one of them where the machine states anything. A step that took nothing leaves the states and
+    variables as they are; after it, only claims about signals, those that wait for a deadline, and those that were
+    violated are looked at again.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
@@ -143,6 +152,8 @@ class Monitor:
         model = supervisor.machine.model
         self._stated: Sequence[Property] = (*model.assumptions, *model.properties)
         self._assumed = len(model.assumptions)
+        self._pace: Memory = begin(PACE, supervisor.time)
+        self._paced = bool(self._stated)
         self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
         self._violated: set[int] = set()
         self._all = range(len(self._stated))
@@ -153,17 +164,25 @@ class Monitor:
         """The new violations; call this after each step, with its facts."""
         at_rest = self._began and not isinstance(step.raw, StepRecord) and not took_something(step.raw)
         self._began = True
+        time = self._supervisor.time
+        found: list[Violation] = []
+        if self._paced:
+            self._pace, late = look(PACE, self._pace, time, _not_asked)
+            self._paced = not late
+            found += [Violation(PACE, time, self._supervisor.configuration, assumed=True)] * late
         looked_at = [index for index in self._all if self._moves(index)] if at_rest else self._all
         if not looked_at:
-            return ()
-        found: list[Violation] = []
-        holds, entered, time = holding(self._supervisor, facts), step.entered, self._supervisor.time
+            return tuple(found)
+        holds, entered = holding(self._supervisor, facts), step.entered
         for index in looked_at:
             one = self._stated[index]
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
             if violated and index not in self._violated:
                 found.append(Violation(one, time, self._supervisor.configuration, index < self._assumed))
-            self._violated.add(index) if violated else self._violated.discard(index)
+            if violated:
+                self._violated.add(index)
+            elif index >= self._assumed:
+                self._violated.discard(index)
         return tuple(found)
 
     def _moves(self, index: int) -> bool:
@@ -171,6 +190,10 @@ class Monitor:
         memory = self._memories[index]
         waits = memory is not None and memory != IDLE and isinstance(self._stated[index].claim, Recurrence | Response)
         return waits or index in self._of_signals or index in self._violated
+
+
+def _not_asked(_condition: Expression) -> None:
+    """The answer where a claim has no conditions."""
 
 
 def _asks_signals(claim: Claim) -> bool:

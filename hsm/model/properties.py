@@ -52,7 +52,18 @@ class Precedence:
     then: Expression
 
 
-Claim = Never | AlwaysHolds | Recurrence | Response | Precedence
+LONGEST_TICK = 0.1
+"""Seconds that proofs assume to pass between two steps at most, unless they are asked to assume something else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Paced:
+    """Each step comes at most this many seconds after the last: the assumption of every proof about a run."""
+
+    within: float
+
+
+Claim = Never | AlwaysHolds | Recurrence | Response | Precedence | Paced
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +93,8 @@ def conditions_of(claim: Claim) -> tuple[Expression, ...]:
             return trigger, response
         case Precedence(trigger, first, then):
             return trigger, first, then
+        case Paced():
+            return ()
         case _:
             return (claim.condition,)
 
@@ -93,5 +106,7 @@ def with_conditions(claim: Claim, change: Callable[[Expression], Expression]) ->
             return replace(claim, trigger=change(trigger), response=change(response))
         case Precedence(trigger, first, then):
             return replace(claim, trigger=change(trigger), first=change(first), then=change(then))
+        case Paced():
+            return claim
         case _:
             return replace(claim, condition=change(claim.condition))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +14,7 @@ from maze_machine.arguments.options import JsonOption, LibraryOption
 from maze_machine.errors import ExitStatus, FileError, UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from hsm.model.registry import Parameter
 
@@ -73,6 +74,12 @@ def test(
         list[str] | None,
         typer.Option("--free", metavar="NAME", help="A parameter that may have any value in proofs; may be repeated."),
     ] = None,
+    assume: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--assume", metavar="NAME:CLAIM", help="A further assumption, as the file would state it; may be repeated."
+        ),
+    ] = None,
     no_nan: Annotated[bool, typer.Option("--no-nan", help="Assume in proofs that no signal is NaN.")] = False,
     coverage: Annotated[bool, typer.Option("--coverage", help="Print the coverage of the scenarios.")] = False,
     fail_under: Annotated[
@@ -108,6 +115,8 @@ def test(
 
     Example: `maze-machine test pledge --require proved`
 
+    Example: `maze-machine test door --assume "opens : after doing(ring), door.open within 5 s"`
+
     Example: `maze-machine test pledge --coverage`
 
     Example: `maze-machine test door --requirements --html report`
@@ -139,6 +148,7 @@ def test(
             "--depth": depth is not None,
             "--param": parameters,
             "--free": free,
+            "--assume": assume,
             "--no-nan": no_nan,
             "--coverage": coverage,
             "--fail-under": fail_under is not None,
@@ -162,7 +172,8 @@ def test(
             result = mutated(load_tested_machine(meant, names))
     else:
         with waiting("running scenarios, checking properties"):
-            trial = load_tested_machine(meant, names)
+            with _assuming(assume or []) as further:
+                trial = load_tested_machine(meant, names, further)
             declared = trial.machine.model.parameters
             given = known_values(trial.machine.model, map(split_setting, parameters or ()), names.enumerations)
             assumed = Assumptions(longest_tick, given, _known(free or [], declared), not_a_number=not no_nan)
@@ -185,6 +196,29 @@ def _refuse(alone: str, others: Sequence[str]) -> None:
     """
     if others:
         raise UsageError(f"{alone} excludes {', '.join(others)}: give one of them, and the other in a second command")
+
+
+@contextmanager
+def _assuming(assumed: Sequence[str]) -> Iterator[Sequence[str]]:
+    """Assumptions from the command line, for loading a machine.
+
+    Raises:
+        UsageError: one has several lines, or cannot be understood.
+    """
+    from hsm.dsl.loading import ASSUMED
+    from hsm.model.diagnostics import MachineError
+
+    for one in assumed:
+        if len(one.splitlines()) != 1:
+            raise UsageError(f"--assume {one!r}: an assumption has one line: NAME : CLAIM")
+    try:
+        yield assumed
+    except MachineError as error:
+        wrong = next((one for one in error.diagnostics if one.place and one.place.file == ASSUMED), None)
+        if wrong is None or wrong.place is None:
+            raise
+        given = assumed[min(wrong.place.line, len(assumed)) - 1]
+        raise UsageError(f"--assume {given!r}: {wrong.message}", wrong.suggestion or "") from None
 
 
 def _known(names: Sequence[str], parameters: Sequence[Parameter]) -> frozenset[str]:

@@ -7,6 +7,14 @@ from random import Random
 from hsm.model.registry import Library, Outcome
 
 EVENTS = ("e", "f", "g")
+DATA = (
+    "enum Kind = low, high",
+    "event h(number : int, kind : Kind)",
+    "var kind : Kind = low",
+    "define odd = m == 1 and not (kind == high)",
+)
+"""Declarations of an event with data, an enumeration and a named condition."""
+
 PART = """machine part
 expose laps
 event e
@@ -75,7 +83,7 @@ def make_library(done: list[int]) -> Library:
 class _Chart:
     """Writes one machine."""
 
-    def __init__(self, draw: Random, *, instances: bool) -> None:
+    def __init__(self, draw: Random, *, instances: bool, data: bool) -> None:
         self.draw = draw
         self.lines: list[str] = []
         self.states: list[str] = []
@@ -84,6 +92,7 @@ class _Chart:
         self.around: list[str] = []
         self.number = 0
         self.instances = instances
+        self.data = data
         self.slots: list[tuple[int, int, str, str]] = []
 
     def chance(self, share: float) -> bool:
@@ -98,6 +107,7 @@ class _Chart:
         body = self.lines
         head = ["machine chart", ""] + ["import part", ""] * self.instances
         head += ["event e, f, g", "var n : int = 0", "var m : int = 0", ""]
+        head += [*DATA, "entry / raise g after 0.3 s, raise h(1, high) after 0.3 s", ""] * self.data
         self.lines = []
         if self.chance(0.5):
             self.transitions(0, "top", "")
@@ -158,6 +168,8 @@ class _Chart:
             [f"flag({self.draw.randint(0, 4)})"] * 3
             + [f"in({self.draw.choice(self.states)})", f"n < {self.draw.randint(0, 6)}", "m == 1", "n > m"]
         )
+        if self.data and self.chance(0.3):
+            text = self.draw.choice(("odd", "kind == high", "(n if odd else m) < 2"))
         if self.chance(0.3):
             text = f"not ({text})"
         if self.chance(0.25):
@@ -165,7 +177,10 @@ class _Chart:
         return text
 
     def actions(self) -> str:
-        kinds = ["n += 1", "m = 1 - m", "n = 0", "raise e", "raise f", "raise g after 0.3 s", "cancel g"]
+        kinds = ["n += 1", "m = 1 - m", "n = 0"] * 2 + ["raise e", "raise f", "raise g after 0.3 s", "cancel g"]
+        if self.data:
+            kinds += ["raise h(n, kind)", "raise h(n + 1, high) after 0.3 s", "cancel h", "kind = low"]
+            kinds += ["kind = high if n > m else kind", "send h(m, kind)", "send e"]
         chosen = [self.draw.choice(kinds) for _ in range(self.draw.choice((0, 0, 1, 2)))]
         marks = [f"{self.draw.choice(('note', 'note', 'fragile'))}({self.next()})"]
         return " / " + ", ".join([*chosen, *marks] if self.chance(0.5) else [*marks, *chosen])
@@ -182,11 +197,14 @@ class _Chart:
     def transitions(self, indent: int, kind: str, name: str) -> None:
         pad = " " * indent
         whens = 0
-        for _ in range(self.draw.choice((0, 1, 2, 3))):
+        for _ in range(self.draw.choice((1, 2, 3, 4))):
             trigger = self.draw.choice(
                 ("on", "on", "on", "when", "after", "every", "for", "done", "done", "defer", "fault")
             )
             guard = f" if {self.condition()}" if self.chance(0.35) else ""
+            if self.data and trigger == "on" and self.chance(0.4):
+                self.carrying(pad)
+                continue
             match trigger:
                 case "on":
                     head = f"on {self.draw.choice(('e', 'f', 'g', 'e, f', '*'))}"
@@ -212,6 +230,17 @@ class _Chart:
         if whens and self.chance(0.3):
             self.lines.append(f"{pad}else -> {self.targets()}")
 
+    def carrying(self, pad: str) -> None:
+        """A line that handles the event with data."""
+        read = ("h.number > n", "h.kind == kind", "not (h.kind == low) or odd", "h.number == 1 and flag(1)")
+        guard = f" if {self.draw.choice(read)}" if self.chance(0.6) else ""
+        if self.chance(0.2):
+            self.lines.append(f"{pad}defer h{guard}")
+            return
+        target = f" {self.draw.choice(('->', '->', '=>'))} {self.targets()}" if self.chance(0.7) else ""
+        takes = self.draw.choice(("n = h.number", "kind = h.kind", "raise h(h.number - 1, kind)", "send h(n, h.kind)"))
+        self.lines.append(f"{pad}on h{guard}{target} / {takes}{self.actions().replace(' / ', ', ')}")
+
     def outcome(self, kind: str, name: str) -> str:
         if kind == "instance":
             return self.draw.choice(("over", "done"))
@@ -221,14 +250,28 @@ class _Chart:
         return self.draw.choice(["done", "done", *finals] if finals else EVENTS)
 
 
-def chart_text(seed: int, *, instances: bool = False) -> str:
+def chart_text(seed: int, *, instances: bool = False, data: bool = False) -> str:
     """The text of a machine, which the language may refuse.
 
     Args:
         seed: what it is drawn from.
         instances: whether it may have instances of ``part``.
+        data: whether it has an event with data, an enumeration, a named condition, and sends events.
     """
-    return _Chart(Random(seed), instances=instances).text()
+    return _Chart(Random(seed), instances=instances, data=data).text()
+
+
+def members_text(seed: int) -> str:
+    """The text of a machine with two members of the machine ``chart``, and lines of its own about their events."""
+    draw = Random(seed)
+    lines = ["machine whole", "import chart", "", "event e, f, g", *DATA[1:]]
+    lines += ["var n : int = 0", "var m : int = 0", ""]
+    own = ("on h / n = h.number", "on h if h.kind == high / kind = h.kind", "on e / n += 1", "on f -> rest")
+    lines += ["initial both", "", "parallel both", *(f"    {one}" for one in own if draw.random() < 0.4)]
+    if draw.random() < 0.4:
+        lines.append("    defer h")
+    lines += ["    member red = chart()", "    member blue = chart()", ""]
+    return "\n".join([*lines, "state rest", "    on e -> both", "    on h => both", "", "final end", ""])
 
 
 def carelessly(text: str, draw: Random) -> str:
@@ -240,7 +283,9 @@ def carelessly(text: str, draw: Random) -> str:
         depth = (len(line) - len(words)) // 4
         for tight, mark in ((" = ", "="), (", ", ","), (" < ", "<"), (" -> ", "->"), (" / ", "/")):
             if draw.random() < 0.2:
-                words = words.replace(tight, draw.choice((mark, f"  {mark} ", f"{mark}  ")))
+                # `1 s/n` would be a number with a unit.
+                marks = (f"  {mark} ", f" {mark}  ") if f" s{tight}" in words else (mark, f"  {mark} ", f"{mark}  ")
+                words = words.replace(tight, draw.choice(marks))
         if words and draw.random() < 0.1:
             lines.append(f"{' ' * draw.randint(0, 9)}#about line {len(lines)}")
         if words and draw.random() < 0.1:

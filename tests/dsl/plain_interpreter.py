@@ -2,13 +2,13 @@
 
 It follows the procedures of the recommendation and the text of ``docs/reference/language.md``. It shares nothing with
 the engine but the declarations: no plans, no generated code, no caches. It is slow and easy to compare with the text.
-Events with data, members and the data of SCXML are left out.
+The data of SCXML is left out.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
 
@@ -18,6 +18,7 @@ from hsm.model.chart import (
     Call,
     Cancel,
     Defer,
+    Emit,
     Every,
     Held,
     Model,
@@ -29,7 +30,17 @@ from hsm.model.chart import (
     TransitionKind,
     When,
 )
-from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    EventValue,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 
 ENDLESS = 150
 """A step with more microsteps is taken for one without end."""
@@ -64,11 +75,13 @@ class Happened:
         names: what the state that it comes from and the states around it call it.
         origin: the state that it comes from; None for one from outside or raised.
         own: what that state alone calls it.
+        data: what it carries, by the names of its parts.
     """
 
     names: tuple[str, ...]
     origin: int | None = None
     own: tuple[str, ...] = ()
+    data: Mapping[str, object] = field(default_factory=dict)
 
 
 @dataclass
@@ -80,7 +93,7 @@ class Memory:
     history: dict[int, list[int]] = field(default_factory=dict)
     deadlines: dict[int, Fraction] = field(default_factory=dict)
     acted: set[int] = field(default_factory=set)
-    delayed: list[tuple[Fraction, str]] = field(default_factory=list)
+    delayed: list[tuple[Fraction, Happened, str | None]] = field(default_factory=list)
     deferred: list[Happened] = field(default_factory=list)
     over: set[int] = field(default_factory=set)
     outcome: str | None = None
@@ -99,6 +112,7 @@ class PlainRun:
     Attributes:
         memory: where it is.
         done: for each microstep of the last step its transitions, and the states left and entered, in order.
+        sent: the names of the events that the last step has sent to other machines.
     """
 
     def __init__(self, model: Model, facts: object) -> None:
@@ -122,7 +136,7 @@ class PlainRun:
 
     # One step.
 
-    def step(self, time: Fraction, outcomes: Iterable[Happened], events: Iterable[str], facts: object) -> None:
+    def step(self, time: Fraction, outcomes: Iterable[Happened], events: Iterable[Happened], facts: object) -> None:
         """React to inputs; after a fault that is not handled everything is as before."""
         before = self.memory.copy()
         self._begin_step(time, facts)
@@ -143,16 +157,18 @@ class PlainRun:
         self.undone: set[int] = set()
         self.skipped: set[int] = set()
         self.taken = 0
+        self.sent: list[str] = []
+        self.handled: Happened | None = None
 
-    def _step(self, outcomes: Iterable[Happened], events: Iterable[str]) -> None:
+    def _step(self, outcomes: Iterable[Happened], events: Iterable[Happened]) -> None:
         memory = self.memory
         if memory.outcome is not None:
             return
         arrived = sorted((one for one in memory.delayed if one[0] <= self.time), key=lambda one: one[0])
         memory.delayed = [one for one in memory.delayed if one[0] > self.time]
-        self.external.extend(Happened((name,)) for _, name in arrived)
+        self.external.extend(event for _, event, _ in arrived)
         self.external.extend(outcomes)
-        self.external.extend(Happened((name,)) for name in events)
+        self.external.extend(events)
         self._drain()
         due = {index for index, deadline in self.memory.deadlines.items() if deadline <= self.time}
         while self._goes_on(due):
@@ -202,7 +218,9 @@ class PlainRun:
                 return
 
     def _event(self, event: Happened) -> None:
+        outer, self.handled = self.handled, event
         taken = self._select_and_take(event, None)
+        self.handled = outer
         if not taken and event.origin is not None and event.names == ("fault",):
             raise UnhandledFaultError
 
@@ -277,7 +295,9 @@ class PlainRun:
 
     def _matches(self, trigger: On, source: int, event: Happened) -> bool:
         if event.origin is None:
-            return event.names[0] in trigger.names or "*" in trigger.names
+            name = event.names[0]
+            every = (one.removesuffix("*") for one in trigger.names if one.endswith("*"))
+            return name in trigger.names or any(name.startswith(one) for one in every)
         if isinstance(trigger, Defer):
             return False
         if event.origin == source and set(event.own) & set(trigger.names):
@@ -352,13 +372,14 @@ class PlainRun:
         self.taken += 1
         if self.taken > ENDLESS:
             raise EndlessError
-        before, moved, queued = self.memory.copy(), self.moved, len(self.internal)
+        before, moved, queued, sent = self.memory.copy(), self.moved, len(self.internal), len(self.sent)
         try:
             self._take(lines)
         except ActionError as error:
             self.memory, self.moved = before, moved
             while len(self.internal) > queued:
                 self.internal.pop()
+            del self.sent[sent:]
             self._handle_failure(lines, error)
 
     def _handle_failure(self, lines: list[Transition], error: ActionError) -> None:
@@ -545,13 +566,25 @@ class PlainRun:
             case Call():
                 action.action.function(self.facts, *(self._value(one) for one in action.arguments))
             case Raise():
-                self.internal.append(Happened((action.event,)))
+                self.internal.append(self._carrying(action.event, action.arguments))
             case Send():
-                self.memory.delayed.append((self.time + Fraction(str(action.delay)), action.event))
+                event = self._carrying(action.event, action.arguments)
+                self.memory.delayed.append((self.time + Fraction(str(action.delay)), event, action.label))
+            case Emit():
+                event = self._carrying(action.event, action.arguments)
+                self.sent.append(action.event)
+                for name in action.receivers:
+                    data = {name + part.removeprefix(action.event): value for part, value in event.data.items()}
+                    self.memory.delayed.append((self.time, Happened((name,), data=data), None))
             case Cancel():
-                self.memory.delayed = [one for one in self.memory.delayed if one[1] != action.label]
+                self.memory.delayed = [one for one in self.memory.delayed if one[2] != action.label]
             case _:
                 raise AssertionError(action)
+
+    def _carrying(self, event: str, arguments: Iterable[Expression]) -> Happened:
+        declared = self.model.data_of(event)
+        names = [] if declared is None else [declared.variable(one) for one in declared.fields]
+        return Happened((event,), data=dict(zip(names, map(self._value, arguments), strict=True)))
 
     # Values.
 
@@ -568,6 +601,8 @@ class PlainRun:
                     return expression.signal.function(self.facts, *arguments)
                 except OSError as error:
                     raise SignalError(f"{expression.signal.name}{arguments}") from error
+            case EventValue():
+                return self.handled.data[expression.name]
             case VariableValue():
                 return self.memory.values[expression.name]
             case Active():

@@ -3,10 +3,16 @@
 import pytest
 
 from hsm.dsl import load_model
+from hsm.dsl.loading import ASSUMED
+from hsm.engine.machine import Machine
+from hsm.engine.monitoring import Monitor
+from hsm.model.diagnostics import MachineError
+from hsm.testing.exploration.violations import search
 from hsm.testing.proofs.proving import check
 from hsm.testing.proofs.verdicts import Assumptions
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_scenario
+from hsm.testing.scenarios.script import Script, scripted, scripted_machine
 from hsm.testing.scenarios.watching import watches
 from tests.trust.library import make_library
 
@@ -136,3 +142,80 @@ def test_a_scenario_that_breaks_one_says_so_where_a_property_fails(tmp_path):
     failure = run_scenario(scenario, model, 0.1, watches(model.properties, model.assumptions)).failure
     assert "property shut is violated" in str(failure.lines())
     assert "the assumption o was broken" in str(failure.lines())
+
+
+@pytest.mark.parametrize(
+    "assumed",
+    [
+        "assume o : after doing(ring), door.open within 5 s\nassume n : never door.open",
+        "assume o : always eventually in(b) within 3 s\nassume n : never in(b)",
+        "assume o : never in(b)\nassume n : never in(c)",
+    ],
+)
+def test_nothing_is_decided_where_assumptions_contradict_each_other_later(tmp_path, assumed):
+    for one in decided(tmp_path, assumed).values():
+        assert (one.proved, one.violated, one.reason) == (False, False, "no run that lasts keeps to the assumptions")
+
+
+def test_a_proof_says_where_the_assumptions_leave_no_run(tmp_path):
+    text = """machine m
+{assumed}
+property early : never in(c)
+event go
+initial a
+state a
+    on go -> b
+state b
+    do ring()
+    after 5 s -> c
+state c
+"""
+    opens = "assume o : after in(b), door.open within 2 s"
+    assert decided(tmp_path, opens, text)["early"].violated
+    found = decided(tmp_path, f"{opens}\nassume n : never door.open", text)["early"]
+    assert str(found).endswith("; the assumptions leave no run that lasts from b on")
+
+
+def test_a_search_leaves_out_what_breaks_an_assumption(tmp_path):
+    text = """machine m
+{assumed}
+property p : never in(b)
+initial a
+state a
+    when ahead > 5 m -> b
+    when ahead < 1 m -> c
+state b
+state c
+    when ahead > 5 m -> b
+"""
+    for assumed, shown in (("", True), ("assume near : always ahead < 4 m", False)):
+        searched = search(scripted_machine(loaded(tmp_path, assumed, text)), {}, steps=200)
+        assert (("p" in searched.violations), searched.complete) == (shown, True)
+
+
+def test_an_assumption_from_the_command_line_is_one_of_the_machine(tmp_path):
+    loaded(tmp_path, "")
+    given = ["o : after doing(ring), door.open within 5 s", "r : always ahead >= 0 m"]
+    model = load_model(tmp_path / "m.maze-machine", make_library(), given)
+    assert [one.name for one in model.assumptions] == ["o", "r"]
+    assert {one.name for one in check(model, seconds=10) if one.proved} == {"shut", "near"}
+
+
+@pytest.mark.parametrize("given", ["o", "o : always nothing", "o : never (in(a)", "shut : never in(b)", ": in(a)"])
+def test_a_wrong_assumption_from_the_command_line_has_its_own_place(tmp_path, given):
+    loaded(tmp_path, "")
+    with pytest.raises(MachineError) as raised:
+        load_model(tmp_path / "m.maze-machine", make_library(), ["r : always ahead >= 0 m", given])
+    assert any(one.place.file == ASSUMED and one.place.line == 2 for one in raised.value.diagnostics)
+
+
+def test_the_longest_tick_is_monitored(tmp_path):
+    machine = Machine(scripted(loaded(tmp_path, "")))
+    script = Script({"door.open": False, "ahead": 1.0})
+    run = machine.start(facts=script)
+    monitor, told = Monitor(run), []
+    for time in (0.0, 0.1, 0.2, 0.301, 0.4, 0.9):
+        told += monitor.look(script, run.step(time, (), script))
+    (broken,) = told
+    assert broken.assumed
+    assert str(broken) == "assumption longest tick is broken at 0.301 s in a: a step comes at most 0.1 s after the last"

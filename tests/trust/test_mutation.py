@@ -10,7 +10,8 @@ from hsm.testing.mutation.equivalence import Equivalence
 from hsm.testing.mutation.mutating import mutants
 from hsm.testing.scenarios.script import Script, scripted_machine
 from maze_machine.catalogue.library import robot_library
-from tests.trust.random_machines import RandomRuns, drawn_machine
+from tests.trust.random_machines import drawn_machine
+from tests.trust.random_runs import RandomRuns
 
 FLAT = """
 state a

@@ -39,7 +39,7 @@ class _Visit:
 
     Attributes:
         moment: where the run is.
-        memories: of the properties, in order.
+        memories: of the properties, in order, and then of the assumptions.
         before: the previous visit and the step from there; None at the start.
         depth: how many steps it is from the start.
     """
@@ -88,7 +88,7 @@ class Searched:
 
 
 def search(machine: Machine, parameters: Mapping[str, Any], *, steps: int = MOST_STEPS, tick: float = TICK) -> Searched:
-    """Search for runs that violate the properties of a machine, the shortest first.
+    """Search for runs that violate the properties of a machine and keep to its assumptions, the shortest first.
 
     Args:
         machine: the machine, scripted.
@@ -104,6 +104,7 @@ class _Search:
         self._machine = machine
         self._explorer = Explorer(machine, parameters, tick=tick)
         self._properties = machine.model.properties
+        self._watched = (*self._properties, *machine.model.assumptions)
         self._tick = tick
         self._found = Searched()
         self._met: set[Any] = set()
@@ -112,7 +113,7 @@ class _Search:
 
     def run(self, steps: int) -> Searched:
         """Search level by level, until all violations are found, all states are visited, or the limit is reached."""
-        memories = tuple(begin(one, 0.0) for one in self._properties)
+        memories = tuple(begin(one, 0.0) for one in self._watched)
         for edge in self._explorer.start():
             self._take(None, memories, edge)
         wanted = {one.name for one in self._properties}
@@ -128,10 +129,10 @@ class _Search:
         return self._found
 
     def _following(self, visit: _Visit) -> Iterator[ExploredStep]:
-        """All steps to try, including one at the time of a property's deadline."""
+        """All steps to try, including one at the next deadline of a property or an assumption."""
         yield from self._explorer.successors(visit.moment)
         state, now = visit.moment.state, visit.moment.time
-        due = [deadline(*one) for one in zip(self._properties, visit.memories, strict=True)]
+        due = [deadline(*one) for one in zip(self._watched, visit.memories, strict=True)]
         soonest = min((one for one in due if one is not None), default=now)
         if now < soonest < state.wake and state.outcome is None:
             yield from self._explorer.continued(visit.moment, Input(Wait(round(soonest - now, 9))))
@@ -146,10 +147,12 @@ class _Search:
             return
         looked = [
             look(one, memory, edge.target.time, lambda condition: self._holds(edge, condition), self._entered(edge))
-            for one, memory in zip(self._properties, memories, strict=True)
+            for one, memory in zip(self._watched, memories, strict=True)
         ]
+        if any(broken for _, broken in looked[len(self._properties) :]):
+            return
         visit = _Visit(edge.target, tuple(one for one, _ in looked), (origin, edge), origin.depth + 1)
-        for stated, (_, violated) in zip(self._properties, looked, strict=True):
+        for stated, (_, violated) in zip(self._properties, looked, strict=False):
             if violated and stated.name not in found.violations and self._refused[stated.name] < MOST_REFUSED:
                 scenario = self._told(f"{stated.name} is violated", visit, stated.name)
                 if scenario is not None:
@@ -163,9 +166,9 @@ class _Search:
             self._level.append(visit)
 
     def _key(self, index: int, visit: _Visit) -> Memory:
-        """The memory of a property, with a deadline as the remaining time."""
+        """The memory of a property or an assumption, with a deadline as the remaining time."""
         memory = visit.memories[index]
-        due = deadline(self._properties[index], memory)
+        due = deadline(self._watched[index], memory)
         return memory if due is None else round(due - visit.moment.time, _DIGITS)
 
     def _entered(self, edge: ExploredStep) -> list[str]:

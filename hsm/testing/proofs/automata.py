@@ -8,7 +8,7 @@ from enum import IntEnum
 
 from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
-from hsm.model.properties import AlwaysHolds, Never, Precedence, Property, Recurrence, Response
+from hsm.model.properties import AlwaysHolds, Never, Paced, Precedence, Property, Recurrence, Response
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.points import Point
@@ -127,6 +127,8 @@ class Automaton:
                     Branch(Memory.NOTHING, without(among, asked)),
                     Branch(Memory.WAITING, asked, violated=limit <= 1, restarts=True),
                 )
+            case Paced():
+                return (Branch(Memory.NOTHING, among),)  # the search takes no other steps
 
     def _truth(self, condition: Expression, point: Point) -> Truth:
         """Where a condition holds at the end of a step."""

@@ -36,6 +36,7 @@ class Decider:
         budget: for all properties together.
         stated: all properties of the machine.
         asked: whether the graph was limited to a depth on request.
+        ending: the locations from which no run that keeps to the assumptions lasts.
         quotients: smaller graphs, each by the names of the properties that it is for.
     """
 
@@ -45,6 +46,7 @@ class Decider:
     budget: Budget
     stated: Sequence[Property]
     asked: bool
+    ending: frozenset[int] = frozenset()
     quotients: dict[tuple[str, ...], Quotient] = field(default_factory=dict)
 
     def decided(self, stated: Property) -> PropertyVerdict:
@@ -94,7 +96,8 @@ class Decider:
                 if next(search.violations(), None) is None and search.complete and not self.graph.failures:
                     method = Method.ZONES if timed else Method.REACHABILITY
                     states = len(search.visits if timed else self.graph.locations)
-                    return PropertyVerdict(stated.name, stated.text, Status.PROVED, method, states=states)
+                    reason = self._ending()
+                    return PropertyVerdict(stated.name, stated.text, Status.PROVED, method, reason, states=states)
         except Undecided as error:
             return PropertyVerdict(stated.name, stated.text, Status.UNDECIDED, reason=str(error))
         return None
@@ -129,7 +132,7 @@ class Decider:
             return PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, depth=clear, states=states)
         if search.complete and not self.graph.failures:
             method = Method.ZONES if search.timed else Method.REACHABILITY
-            return PropertyVerdict(name, text, Status.PROVED, method, states=states)
+            return PropertyVerdict(name, text, Status.PROVED, method, self._ending(), states=states)
         depth = self.graph.depth if search.complete else min(search.depth, self.graph.depth)
         return self._bounded(name, text, depth, states)
 
@@ -152,6 +155,14 @@ class Decider:
                 example = self.replayer.fault(search.path(visit), due, failure, NO_FAULT)
                 if example is not None:
                     yield example
+
+    def _ending(self) -> str:
+        """Where assumptions leave no run that lasts; empty if there is no such place."""
+        if not self.ending:
+            return ""
+        states = self.graph.machine.model.states
+        leaves = self.graph.locations[min(self.ending)].leaves
+        return f"the assumptions leave no run that lasts from {', '.join(states[one].name for one in leaves)} on"
 
     def _inexact(self) -> str:
         """The parts of the machine that are abstracted."""

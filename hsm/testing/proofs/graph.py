@@ -26,15 +26,12 @@ from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import FailingStep, Point, Remembered, Timer, Waiting
+from hsm.testing.proofs.points import NEVER, FailingStep, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
 from hsm.testing.proofs.values import Exact, NoRun, OneOf, Region, Symbols, Value
 from hsm.testing.proofs.zones import Clock
-
-NEVER = 1 << 60
-"""In nanoseconds: longer than any run."""
 
 
 @dataclass(frozen=True, slots=True)

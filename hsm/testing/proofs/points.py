@@ -10,6 +10,9 @@ from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.values import Value
 from hsm.testing.proofs.zones import Clock
 
+NEVER = 1 << 60
+"""In nanoseconds: longer than any run."""
+
 
 @dataclass(frozen=True, slots=True)
 class Timer:

@@ -10,6 +10,7 @@ from hsm.engine.machine import Machine
 from hsm.model.chart import Model
 from hsm.model.properties import conditions_of
 from hsm.testing.exploration.violations import search
+from hsm.testing.proofs.continuing import ending
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider
 from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.possible import Possible, united
@@ -122,6 +123,7 @@ class _Proof:
             graph = self._graph(precision)
             try:
                 graph.build(Budget(self._seconds / 2, LOCATIONS), self._depth)
+                dead = ending(graph)
             except NoRun as error:
                 return [PropertyVerdict(*one, Status.UNDECIDED, reason=str(error)) for one in texts.items()]
             except Undecided as error:
@@ -132,7 +134,7 @@ class _Proof:
             else:
                 if graph.complete and not graph.failures:
                     self.possible = graph.stepper.possible
-                self._decide(graph, [one for one in texts if one not in found or _open(found[one])], found)
+                self._decide(graph, dead, [one for one in texts if one not in found or _open(found[one])], found)
             if precision is MIDDLE and not (len(found) == len(texts) and not any(map(_open, found.values()))):
                 pending.append(FINE if graph.complete else COARSE)
         left = {name: text for name, text in texts.items() if name not in found}
@@ -156,11 +158,15 @@ class _Proof:
             for name, text in texts.items()
         }
 
-    def _decide(self, graph: Graph, names: Sequence[str], found: dict[str, PropertyVerdict]) -> None:
+    def _decide(
+        self, graph: Graph, dead: frozenset[int], names: Sequence[str], found: dict[str, PropertyVerdict]
+    ) -> None:
         """Decide some properties; an earlier verdict stays if there is no better one."""
         replayer = Replayer(self._whole, graph, self._parameters, self._conditions, self._longest)
         budget = Budget(self._seconds / 2, LOCATIONS)
-        decider = Decider(graph, replayer, self._longest, budget, self._stated, asked=self._depth is not None)
+        decider = Decider(
+            graph, replayer, self._longest, budget, self._stated, asked=self._depth is not None, ending=dead
+        )
         stated = {one.name: one for one in self._stated}
         for name in names:
             verdict = decider.without_fault() if name == NO_FAULT else decider.decided(stated[name])

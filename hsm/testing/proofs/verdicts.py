@@ -10,11 +10,11 @@ from typing import Any
 from hsm.engine.inputs import follow
 from hsm.model.chart import Model
 from hsm.model.expressions import VariableValue
+from hsm.model.properties import LONGEST_TICK
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import shown_text
 from hsm.testing.proofs.graph import FREE
 from hsm.testing.proofs.microsteps import counters
-from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.scenarios import Scenario
 
 NO_FAULT = "no step fails"
@@ -48,7 +48,7 @@ class Assumptions:
         not_a_number: whether signals may be NaN.
     """
 
-    longest_tick: float = TICK
+    longest_tick: float = LONGEST_TICK
     parameters: Mapping[str, Any] = field(default_factory=dict)
     free: frozenset[str] = frozenset()
     not_a_number: bool = True
@@ -110,7 +110,7 @@ class PropertyVerdict:
         text: the property.
         status: the verdict.
         method: how it was proved; None where it was not.
-        reason: what prevents a decision; empty if nothing does.
+        reason: what prevents a decision, or what a proof excludes; empty if there is nothing.
         counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
         depth: in no run of that many steps it is violated.
         states: how many places between two steps were looked at; with times, those that no property can distinguish
@@ -151,7 +151,7 @@ class PropertyVerdict:
         match self.status:
             case Status.PROVED:
                 how = f" ({self.method.value}: {self.states})" if self.method is not None else ""
-                return f"{self.name}: proved{how}"
+                return f"{self.name}: proved{how}{f'; {self.reason}' if self.reason else ''}"
             case Status.VIOLATED:
                 return f"{self.name}: VIOLATED: {self.text}"
             case Status.BOUNDED:

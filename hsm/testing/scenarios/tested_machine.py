@@ -28,32 +28,34 @@ class TestedMachine:
     suites: tuple[Suite, ...]
 
 
-def load_machine(path: str | Path, library: Library) -> Machine:
+def load_machine(path: str | Path, library: Library, assumed: Sequence[str] = ()) -> Machine:
     """A machine without its scenarios, which may be older than its changes.
 
     Args:
         path: the machine's file, or a file of scenarios, which names it.
         library: what the machine may name.
+        assumed: further assumptions, as ``NAME : CLAIM``.
 
     Raises:
         MachineError: the machine cannot be used; with all diagnostics.
     """
     path = Path(path)
-    return Machine(load_model(tested_machine(path) if path.suffix == SUFFIX else path, library))
+    return Machine(load_model(tested_machine(path) if path.suffix == SUFFIX else path, library, assumed))
 
 
-def load_tested_machine(path: str | Path, library: Library) -> TestedMachine:
+def load_tested_machine(path: str | Path, library: Library, assumed: Sequence[str] = ()) -> TestedMachine:
     """A machine with its scenarios.
 
     Args:
         path: a machine's file, for it and all scenarios beside it that are about it; or one file of scenarios.
         library: what the machine may name.
+        assumed: further assumptions, as ``NAME : CLAIM``.
 
     Raises:
         MachineError: the machine or its scenarios cannot be used; with all diagnostics.
     """
     path = Path(path)
-    machine = load_machine(path, library)
+    machine = load_machine(path, library, assumed)
     findings: list[Diagnostic] = []
     suites: list[Suite] = []
     for file in [path] if path.suffix == SUFFIX else sorted(path.parent.glob(f"*{SUFFIX}")):

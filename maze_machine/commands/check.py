@@ -37,7 +37,7 @@ def check(
         bool,
         typer.Option(
             "--deep",
-            help="Leave out overlaps and gaps of `when` lines that no step can meet; this enumerates the states.",
+            help="Leave out notes about `when` lines that no step can meet; this enumerates the states.",
         ),
     ] = False,
     library: LibraryOption = None,
@@ -96,7 +96,7 @@ def check(
 
 
 def confirmed(found: Sequence[Diagnostic], model: Model) -> Sequence[Diagnostic]:
-    """Diagnostics without the overlaps and gaps that no step of a machine can meet; all where that is not decided."""
+    """Diagnostics without the notes about `when` lines that no step of a machine can meet; all where that is not decided."""
     from hsm.testing.proofs.tables import GAP, OVERLAP, tables
 
     if not any(one.code in (OVERLAP, GAP) for one in found):

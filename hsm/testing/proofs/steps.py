@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from time import process_time
 from typing import Any
 
 from hsm.engine.configuration import Picked, Plan, Selector
@@ -41,6 +42,9 @@ from hsm.testing.scenarios.script import FAULT
 
 MOST_POINTS = 4_000
 """At most this many points are visited within one step."""
+
+MOST_SECONDS = 10.0
+"""The limit of processor time for one step."""
 
 Ways = dict[int, dict[int, Diagram]]
 """From one place to others, by their numbers, each with the signals."""
@@ -217,6 +221,7 @@ class Stepper:
     ) -> list[tuple[Point, Diagram]]:
         """Follow all courses from some places to their ends."""
         either, without = self._diagrams.either, self._diagrams.without
+        began = process_time()
         pending = {self._number(place): among for place, among in begin.items()}
         seen: dict[int, Diagram] = {}
         ends: dict[int, Diagram] = {}
@@ -231,6 +236,8 @@ class Stepper:
             seen[number] = either(known, fresh)
             if len(seen) > MOST_POINTS:
                 raise TooMany(f"one step with more than {MOST_POINTS} ways to go")
+            if process_time() - began > MOST_SECONDS:
+                raise TooMany("one step with signals and events that depend on one another in too many ways")
             if self._places[number][0] == ENDED:
                 ends[number] = seen[number]
                 continue

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
 from math import copysign, inf
 from typing import Annotated, Any, get_args, get_origin
+
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,7 +96,7 @@ def check(
 
 
 def confirmed(found: Sequence[Diagnostic], model: Model) -> Sequence[Diagnostic]:
-    """Diagnostics without the notes about `when` lines that no step of a machine can meet; all where that is not decided."""
+    """Diagnostics without the notes about `when` lines that no step can meet; all where that is not decided."""
     from hsm.testing.proofs.tables import GAP, OVERLAP, tables
 
     if not any(one.code in (OVERLAP, GAP) for one in found):

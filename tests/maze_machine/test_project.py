@@ -368,6 +368,12 @@ def test_the_robot_and_the_maze_of_the_project_are_the_defaults(own_robot, tmp_p
     assert default_robot(near=str(tmp_path / "nowhere.maze-machine")) == str(own_robot / "small.toml")
 
 
+def test_the_profile_of_the_project_is_the_one_to_print(own_robot, monkeypatch):
+    monkeypatch.chdir(own_robot)
+    assert 'name = "small"' in run("profile")[1]
+    assert 'name = "pico"' in run("profile", "pico")[1]
+
+
 def test_constants_are_those_of_the_projects_robot(own_robot):
     constants = chosen_library(None, own_robot / "wide.maze-machine").constants
     assert constants["robot.radius"].value == pytest.approx(0.08 * 2**0.5)

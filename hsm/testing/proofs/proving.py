@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hsm.engine.clock import nanoseconds
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model, StateKind
 from hsm.model.properties import conditions_of
+from hsm.model.values import dataclass
 from hsm.testing.exploration.violations import search
 from hsm.testing.proofs.continuing import ending
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider

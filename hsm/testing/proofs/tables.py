@@ -1,4 +1,4 @@
-"""The ``when`` lines of a machine as steps meet them: which notes about overlaps and gaps some step may confirm.
+"""The ``when`` lines of a machine as steps meet them: which notes about them some step may confirm.
 
 The checks of a file decide these line by line, for any values. Here they are decided at every place within a step that
 the graph of the whole machine comes to: with what its variables may be there, and with the states of other regions.
@@ -47,7 +47,7 @@ class Tables:
     gaps: set[int] = field(default_factory=set)
 
     def confirmed(self, found: Iterable[Diagnostic], model: Model) -> Iterator[Diagnostic]:
-        """Diagnostics without the overlaps and gaps of ``when`` lines that no step can meet.
+        """Diagnostics without those about ``when`` lines that no step can meet.
 
         Args:
             found: the diagnostics.

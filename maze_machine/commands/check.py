@@ -74,7 +74,7 @@ def check(
         checked = check_file(path, chosen_library(library, Path(path)))
         project = find_project(Path(path).parent)
         unwanted = (*(ignore or ()), *(project.ignore if project is not None else ()))
-        diagnostics = checked.diagnostics
+        diagnostics: Sequence[Diagnostic] = checked.diagnostics
         if deep and checked.model is not None:
             diagnostics = confirmed(diagnostics, checked.model)
         findings.extend(

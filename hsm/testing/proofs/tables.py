@@ -65,7 +65,7 @@ class Tables:
                 continue
             yield one
 
-    def _meets(self, lines: Mapping[Place | None, int], earlier: Place, later: Place, model: Model) -> bool:
+    def _meets(self, lines: Mapping[Place | None, int], earlier: Place, later: Place | None, model: Model) -> bool:
         pair = (lines.get(earlier, -1), lines[later])
         if model.transitions[pair[0]].source != model.transitions[pair[1]].source:
             return True

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import cycle
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from hsm.interchange.folding import Excerpt, Opened, everything, excerpt
 from hsm.model.chart import Model, State, StateKind, Timed, Transition
 from hsm.model.topology import HISTORY, Topology
 from hsm.model.unparse import action_text, activity_text, trigger_text
+from hsm.model.values import dataclass
 
 if TYPE_CHECKING:
     from hsm.engine.machine import Machine
@@ -135,7 +136,10 @@ class NoGraphvizError(DiagramError):
     """Graphviz is not installed."""
 
 
-def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
+_AS_IT_IS = Look()
+
+
+def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
     """A diagram as the contents of a file.
 
     In SVG the states are groups with the ids ``state_INDEX``, the transitions groups with the classes ``tINDEX``, by

@@ -50,7 +50,7 @@ def make_project(name: str, folder: Path, *, robot: bool = False) -> list[Path]:
         The files that were written.
 
     Raises:
-        UsageError: the name is no valid name of a machine, or it is that of a shipped one.
+        UsageError: no machine can have the name, or a shipped one has it.
         FileError: one of the files exists already, or cannot be written; nothing is overwritten.
     """
     if not _NAME.fullmatch(name) or name in RESERVED:

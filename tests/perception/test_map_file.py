@@ -157,6 +157,7 @@ DAMAGED = [
     (ROOM.replace('"#........#"', '"#...."'), "`grid.rows` has a row 2 of 5 cells, where the first has 10"),
     (ROOM.replace('"cell": 0.25', '"cell": 0'), "`grid.cell` must be more than"),
     (ROOM.replace("0.003]", "NaN]"), "`keyframes.0.points.0.3` must be a finite number"),
+    (ROOM.replace("0.003]", "1e-200]"), "`keyframes.0.points.0.3` must be"),
     (ROOM.replace("[1.0, 0.0, 3", "[1e999, 0.0, 3"), "`keyframes.0.points.0.0` must be a finite number"),
     (ROOM.replace("[0.0, 0.0, 0.0]", "[90, 0, 0]"), "`keyframes.0` is far from all that the grid shows"),
     (ROOM.replace('"steps": []', '"steps": 3'), "`steps` must be several values"),

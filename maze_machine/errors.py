@@ -16,7 +16,8 @@ from typing import Any
 
 import typer
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""The errors of a disk that takes no more."""
 
 
 class ExitStatus(IntEnum):
@@ -118,7 +119,7 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     if isinstance(error, OSError):
         if error.filename is not None:
             return ExitStatus.BAD_FILE, _readable(f"{error.filename}: {error.strerror}")
-        if error.errno in _NO_ROOM:  # named files report their own errors
+        if error.errno in NO_ROOM:  # named files report their own errors
             return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"
     if isinstance(error, MemoryError) or (isinstance(error, ImportError) and _NO_MEMORY.search(str(error))):
         return ExitStatus.BAD_FILE, "there is not enough memory for this"

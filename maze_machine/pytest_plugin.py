@@ -336,13 +336,14 @@ def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
     _require_packages(simulator=True)
     from dataclasses import replace
 
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.drive.mission import drive, prepare
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.world import LockstepRobot
 
     runs: list[Supervisor] = []
+    library = str(pytestconfig.getini("machine_library")) or None
 
     def run(
         machine: str | Path,
@@ -351,14 +352,14 @@ def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
         seed: int = 0,
         time_limit: float | None = None,
         parameters: Mapping[str, str] | None = None,
-        robot: str = "pico",
+        robot: str | None = None,
         start: str | None = None,
         exits: Sequence[str] = (),
         goal: str | None = None,
     ) -> Ending:
-        profile = load_profile(robot, ())
+        profile = chosen_profile(robot, str(machine))
         choices = MazeWords(start, tuple(exits), goal).choices()
-        mission = prepare(str(machine), profile, (parameters or {}).items(), time_limit)
+        mission = prepare(str(machine), profile, (parameters or {}).items(), time_limit, library)
         mission = replace(mission, machine=_recorded(mission.machine.model, runs))
         driven = LockstepRobot(SimulatedWorld(find_maze(str(maze), choices, robot=profile.robot), profile.robot, seed))
         return drive(mission, driven, driven)

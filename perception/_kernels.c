@@ -1,4 +1,5 @@
-/* Perception's hot functions: see the Python functions of the same names in sweep.py, lines.py, exit.py, space.py, hough.py. */
+/* Perception's hot functions: see the Python functions of the same names in sweep.py, lines.py, compass.py, exit.py,
+ * space.py, hough.py, mapping/matching.py. */
 #include "../transport/kernels.h"
 
 #include <stdlib.h>
@@ -69,7 +70,6 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
     if (!takes("out_of_view", 4, count) || !of_tuple(arguments[1], 2, place) || !of_tuple(arguments[2], 4, ends) ||
         !numbers(arguments + 3, 1, &span) || !opened(arguments[0], &points, "d", 0))
         return NULL;
-    int wide = span > 3.141592653589793;
     Py_ssize_t kept = 0;
     char *blind = malloc(points.rows + 1);
     if (!blind) {
@@ -78,9 +78,7 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
         PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
     } else {
         for (Py_ssize_t point = 0; point < points.rows; point++) {
-            double x = ENTRY(points, point, 0) - place[0], y = ENTRY(points, point, 1) - place[1];
-            int after_first = ends[0] * y - ends[1] * x >= -1e-5, before_last = ends[3] * x - ends[2] * y >= -1e-5;
-            blind[point] = !(wide ? after_first || before_last : after_first && before_last);
+            blind[point] = !in_view(ENTRY(points, point, 0), ENTRY(points, point, 1), place, ends, span);
             kept += blind[point];
         }
         found = made(&hidden, kept, 2);
@@ -451,6 +449,130 @@ points_open:
     return lines;
 }
 
+/* Python's `math.fsum`: the sum of numbers, rounded once. Sums of nonoverlapping parts (Shewchuk, 1997). */
+static double exact_sum(const double *terms, Py_ssize_t count)
+{
+    double parts[64], plain = 0.0, sum = 0.0, rest = 0.0;
+    int used = 0;
+    for (Py_ssize_t index = 0; index < count; index++)
+        plain += terms[index];
+    if (!isfinite(plain))
+        return plain;
+    for (Py_ssize_t index = 0; index < count; index++) {
+        double x = terms[index];
+        int kept = 0;
+        for (int part = 0; part < used; part++) {
+            double y = parts[part];
+            if (fabs(x) < fabs(y)) {
+                double larger = y;
+                y = x, x = larger;
+            }
+            double high = x + y, low = y - (high - x);
+            if (low != 0.0)
+                parts[kept++] = low;
+            x = high;
+        }
+        parts[kept++] = x;
+        used = kept;
+    }
+    if (used)
+        sum = parts[--used];
+    while (used && rest == 0.0) {
+        double x = sum, y = parts[--used];
+        sum = x + y;
+        rest = y - (sum - x);
+    }
+    /* What is left over decides where the sum is halfway between two numbers. */
+    if (used && ((rest < 0.0 && parts[used - 1] < 0.0) || (rest > 0.0 && parts[used - 1] > 0.0))) {
+        double twice = rest * 2.0, rounded = sum + twice;
+        if (twice == rounded - sum)
+            sum = rounded;
+    }
+    return sum;
+}
+
+/* The first of the walls with which most of the others agree; `terms` has room for a number a wall. */
+static Py_ssize_t named_by_most(const double *alphas, const double *lengths, Py_ssize_t count, double world_angle,
+                                double spread, double *terms)
+{
+    Py_ssize_t other = 0, best = 0;
+    double most = -INFINITY;
+    while (other < count && fabs(remainder(alphas[other] - alphas[0], world_angle)) <= spread)
+        other++;
+    if (other == count)
+        return 0;
+    for (Py_ssize_t index = 0; index < count; index++) {
+        for (other = 0; other < count; other++) {
+            double offset = alphas[index] - alphas[other];
+            int near = fabs(offset - world_angle * rint(offset / world_angle)) <= spread;
+            terms[other] = near * (lengths[other] * lengths[other]);
+        }
+        double weight = summed(terms, count);
+        if (weight > most)
+            most = weight, best = index;
+    }
+    return best;
+}
+
+static PyObject *agreed_direction(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    double limits[4];
+    if (!takes("agreed_direction", 2, count) || !of_tuple(arguments[1], 4, limits))
+        return NULL;
+    Py_ssize_t walls = PyTuple_Check(arguments[0]) ? PyTuple_Size(arguments[0]) : 0, agreeing = 0;
+    double *alphas = malloc((walls + 1) * 6 * sizeof(double));
+    PyObject *found = NULL;
+    if (!alphas)
+        return PyErr_NoMemory();
+    double *lengths = alphas + walls, *information = lengths + walls;
+    double *first = information + walls, *second = first + walls, *third = second + walls;
+    int good = walls > 0;
+    if (!good)
+        PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of lines here");
+    for (Py_ssize_t wall = 0; good && wall < walls; wall++) {
+        PyObject *line = PyTuple_GetItem(arguments[0], wall);
+        good = PyTuple_Check(line) && PyTuple_Size(line) == 8;
+        if (!good)
+            PyErr_SetString(PyExc_TypeError, "a line has eight fields");
+        PyObject *fields[3] = {NULL, NULL, NULL};
+        double given[3];
+        for (int field = 0; good && field < 3; field++)
+            fields[field] = PyTuple_GetItem(line, field == 0 ? 0 : 2 * field + 2);
+        good = good && numbers(fields, 3, given);
+        if (good)
+            alphas[wall] = given[0], lengths[wall] = given[1], information[wall] = given[2];
+    }
+    if (!good)
+        goto done;
+    double world_angle = limits[0], spread = limits[1];
+    double named = alphas[named_by_most(alphas, lengths, walls, world_angle, spread, first)];
+    for (Py_ssize_t wall = 0; wall < walls; wall++)
+        third[wall] = lengths[wall] * lengths[wall];
+    double whole = exact_sum(third, walls);
+    for (Py_ssize_t wall = 0; wall < walls; wall++) {
+        double offset = remainder(alphas[wall] - named, world_angle);
+        if (!(fabs(offset) <= spread))
+            continue;
+        lengths[agreeing] = lengths[wall];
+        third[agreeing] = lengths[wall] * lengths[wall];
+        first[agreeing] = lesser(information[wall], 1e12);
+        second[agreeing] = first[agreeing] * offset;
+        agreeing++;
+    }
+    double confidence = exact_sum(third, agreeing) / whole;
+    if (exact_sum(lengths, agreeing) < limits[2] || confidence < limits[3]) {
+        found = Py_None;
+        Py_INCREF(found);
+        goto done;
+    }
+    double total = exact_sum(first, agreeing), mean = exact_sum(second, agreeing) / total;
+    double misalignment = remainder(named + mean - 3.141592653589793 / 2, world_angle);
+    found = Py_BuildValue("(ddd)", misalignment, confidence, total);
+done:
+    free(alphas);
+    return found;
+}
+
 static PyObject *along_lane(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points, found;
@@ -528,21 +650,19 @@ static PyObject *in_lane(PyObject *Py_UNUSED(module), PyObject *const *arguments
     return Py_BuildValue("(nd)", inside, given[2]);
 }
 
-static PyObject *lane_beside(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+/* The lane between the walls on both sides: to the left, to the right and ahead; 0 where there is none. `sizes` are the
+   numbers that lane_beside is given. */
+static int beside(const Array *hits, const double *sizes, double *found)
 {
-    Array hits;
-    double given[4];
-    if (!takes("lane_beside", 5, count) || !numbers(arguments + 1, 4, given) || !opened(arguments[0], &hits, "d", 0))
-        return NULL;
-    double half_width = given[0], beside = given[1], most = given[2], widening = given[3], last = INFINITY;
+    double half_width = sizes[0], close = sizes[1], most = sizes[2], widening = sizes[3];
     /* The lowest from the bound on at each side, negated: the largest are kept. */
     double left[STRAY + 1], right[STRAY + 1];
     Py_ssize_t ahead = 0;
     for (int place = 0; place <= STRAY; place++)
         left[place] = right[place] = -INFINITY;
-    for (Py_ssize_t hit = 0; hit < hits.columns; hit++) {
-        double x = ENTRY(hits, 0, hit), y = ENTRY(hits, 1, hit);
-        if (!(fabs(x) <= beside))
+    for (Py_ssize_t hit = 0; hit < hits->columns; hit++) {
+        double x = ENTRY(*hits, 0, hit), y = ENTRY(*hits, 1, hit);
+        if (!(fabs(x) <= close))
             continue;
         ahead += x > 0.0 && fabs(y) < half_width;
         if (y >= half_width)
@@ -550,14 +670,59 @@ static PyObject *lane_beside(PyObject *Py_UNUSED(module), PyObject *const *argum
         if (-y >= half_width)
             keep_largest(right, y);
     }
-    double to_left = -left[STRAY], to_right = -right[STRAY];
-    if (ahead > STRAY || greater(to_left, to_right) > most) {
-        closed(&hits);
-        Py_RETURN_NONE;
-    }
-    stretch(&hits, -to_right - widening, to_left + widening, &last);
+    found[0] = -left[STRAY], found[1] = -right[STRAY], found[2] = INFINITY;
+    if (ahead > STRAY || greater(found[0], found[1]) > most)
+        return 0;
+    stretch(hits, -found[1] - widening, found[0] + widening, found + 2);
+    return 1;
+}
+
+static PyObject *lane_beside(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array hits;
+    double sizes[4], found[3];
+    if (!takes("lane_beside", 5, count) || !numbers(arguments + 1, 4, sizes) || !opened(arguments[0], &hits, "d", 0))
+        return NULL;
+    int between = beside(&hits, sizes, found);
     closed(&hits);
-    return Py_BuildValue("(ddd)", to_left, to_right, last);
+    if (!between)
+        Py_RETURN_NONE;
+    return Py_BuildValue("(ddd)", found[0], found[1], found[2]);
+}
+
+static PyObject *lane_in_sight(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double turn[2], bounds[2], sizes[4], before[2], last = INFINITY, found[3];
+    if (!takes("lane_in_sight", 5, count) || !of_tuple(arguments[1], 2, turn) || !of_tuple(arguments[2], 2, bounds) ||
+        !of_tuple(arguments[3], 4, sizes) || !of_tuple(arguments[4], 2, before) ||
+        !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    double *along = malloc((points.rows + 1) * 2 * sizeof(double));
+    if (!along || points.columns != 2) {
+        if (along)
+            PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
+        else
+            PyErr_NoMemory();
+        free(along);
+        closed(&points);
+        return NULL;
+    }
+    Py_ssize_t inside = 0;
+    for (Py_ssize_t hit = 0; hit < points.rows; hit++) {
+        double x = ENTRY(points, hit, 0), y = ENTRY(points, hit, 1), ahead = x * turn[0] + y * turn[1];
+        along[2 * inside] = ahead;
+        along[2 * inside + 1] = y * turn[0] - x * turn[1];
+        inside += ahead >= bounds[0] && ahead <= bounds[1];
+    }
+    closed(&points);
+    Array hits = {.data = (char *)along, .rows = 2, .columns = inside, .row_step = sizeof(double),
+                  .column_step = 2 * sizeof(double)};
+    Py_ssize_t standing = stretch(&hits, -before[1] - sizes[3], before[0] + sizes[3], &last);
+    int between = beside(&hits, sizes, found);
+    free(along);
+    return between ? Py_BuildValue("((ddd)nd)", found[0], found[1], found[2], standing, last)
+                   : Py_BuildValue("(Ond)", Py_None, standing, last);
 }
 
 static int by_size(const void *one, const void *other)
@@ -644,6 +809,199 @@ transform_open:
     return NULL;
 }
 
+/* Points, normals and variances of a cloud, from a tuple; 0 with an exception set. */
+typedef struct {
+    Array points, normals, variances;
+} Cloud;
+
+static void cloud_closed(Cloud *cloud)
+{
+    closed(&cloud->variances);
+    closed(&cloud->normals);
+    closed(&cloud->points);
+}
+
+static int cloud_opened(PyObject *tuple, Cloud *cloud)
+{
+    if (!PyTuple_Check(tuple) || PyTuple_Size(tuple) != 3) {
+        PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of three arrays here");
+        return 0;
+    }
+    if (!opened(PyTuple_GetItem(tuple, 0), &cloud->points, "d", 0))
+        return 0;
+    if (!opened(PyTuple_GetItem(tuple, 1), &cloud->normals, "d", 0))
+        goto points_open;
+    if (!opened(PyTuple_GetItem(tuple, 2), &cloud->variances, "d", 0))
+        goto normals_open;
+    Py_ssize_t size = cloud->variances.columns;
+    if (cloud->points.rows == 2 && cloud->normals.rows == 2 && cloud->points.columns == size &&
+        cloud->normals.columns == size)
+        return 1;
+    PyErr_SetString(PyExc_ValueError, "points and normals have the shape (2, n), variances (n,)");
+    closed(&cloud->variances);
+normals_open:
+    closed(&cloud->normals);
+points_open:
+    closed(&cloud->points);
+    return 0;
+}
+
+static PyObject *on_walls(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Cloud scan, reference;
+    Array apart, nearest, pairs;
+    double place[5], cosine, sine;
+    PyObject *found = NULL;
+    if (!takes("on_walls", 5, count) || !of_tuple(arguments[4], 5, place) ||
+        !cloud_opened(arguments[0], &scan))
+        return NULL;
+    if (!cloud_opened(arguments[1], &reference))
+        goto scan_open;
+    if (!opened(arguments[2], &apart, "d", 0))
+        goto reference_open;
+    if (!opened_indices(arguments[3], &nearest))
+        goto apart_open;
+    Py_ssize_t size = scan.variances.columns, kept = 0;
+    Py_ssize_t *good = malloc((size + 1) * sizeof(Py_ssize_t));
+    if (!good) {
+        PyErr_NoMemory();
+        goto nearest_open;
+    }
+    if (apart.columns != size || nearest.columns != size) {
+        PyErr_SetString(PyExc_ValueError, "each point has one neighbour");
+        goto good_open;
+    }
+    cos_sin(place[2], &cosine, &sine);
+    for (Py_ssize_t point = 0; point < size; point++) {
+        if (!(NUMBER(apart, point) < INFINITY))
+            continue;
+        Py_ssize_t wall = INDEX(nearest, point);
+        if (wall < 0 || wall >= reference.variances.columns) {
+            PyErr_SetString(PyExc_IndexError, "there is no such wall");
+            goto good_open;
+        }
+        double x = ENTRY(scan.points, 0, point), y = ENTRY(scan.points, 1, point);
+        double nx = ENTRY(reference.normals, 0, wall), ny = ENTRY(reference.normals, 1, wall);
+        double own_x = ENTRY(scan.normals, 0, point), own_y = ENTRY(scan.normals, 1, point);
+        double beside_x = x * cosine - sine * y + place[0] - ENTRY(reference.points, 0, wall);
+        double beside_y = y * cosine + sine * x + place[1] - ENTRY(reference.points, 1, wall);
+        double off = beside_x * nx + beside_y * ny;
+        double same = (own_x * cosine - sine * own_y) * nx + (own_y * cosine + sine * own_x) * ny;
+        if (same >= place[4] && fabs(off) <= place[3])
+            good[kept++] = point;
+    }
+    found = made(&pairs, 7, kept);
+    for (Py_ssize_t pair = 0; found && pair < kept; pair++) {
+        Py_ssize_t point = good[pair], wall = INDEX(nearest, point);
+        for (int axis = 0; axis < 2; axis++) {
+            ENTRY(pairs, axis, pair) = ENTRY(scan.points, axis, point);
+            ENTRY(pairs, 2 + axis, pair) = ENTRY(reference.points, axis, wall);
+            ENTRY(pairs, 4 + axis, pair) = ENTRY(reference.normals, axis, wall);
+        }
+        ENTRY(pairs, 6, pair) = NUMBER(scan.variances, point) + NUMBER(reference.variances, wall);
+    }
+    if (found)
+        closed(&pairs);
+good_open:
+    free(good);
+nearest_open:
+    closed(&nearest);
+apart_open:
+    closed(&apart);
+reference_open:
+    cloud_closed(&reference);
+scan_open:
+    cloud_closed(&scan);
+    return found;
+}
+
+/* The number that is at a place when numbers are sorted, which they are in part afterwards (Hoare's selection). */
+static double selected(double *values, Py_ssize_t count, Py_ssize_t place)
+{
+    Py_ssize_t low = 0, high = count - 1;
+    while (low < high) {
+        double middle = values[low + (high - low) / 2];
+        Py_ssize_t left = low, right = high;
+        while (left <= right) {
+            while (values[left] < middle)
+                left++;
+            while (middle < values[right])
+                right--;
+            if (left <= right) {
+                double other = values[left];
+                values[left++] = values[right];
+                values[right--] = other;
+            }
+        }
+        if (place <= right)
+            high = right;
+        else if (place >= left)
+            low = left;
+        else
+            break;
+    }
+    return values[place];
+}
+
+static PyObject *normal_equations(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array pairs;
+    double place[3], given[2], cosine, sine, sums[9];
+    PyObject *found = NULL;
+    if (!takes("normal_equations", 3, count) || !of_tuple(arguments[1], 3, place) ||
+        !of_tuple(arguments[2], 2, given) || !opened(arguments[0], &pairs, "d", 0))
+        return NULL;
+    Py_ssize_t size = pairs.columns;
+    double *off = malloc((size + 1) * 11 * sizeof(double));
+    if (pairs.rows != 7 || size < 1) {
+        PyErr_SetString(PyExc_ValueError, "pairs have the shape (7, n)");
+        goto pairs_open;
+    }
+    if (!off) {
+        PyErr_NoMemory();
+        goto pairs_open;
+    }
+    double *ratio = off + size, *terms = off + 2 * size;
+    cos_sin(place[2], &cosine, &sine);
+    for (Py_ssize_t pair = 0; pair < size; pair++) {
+        double x = ENTRY(pairs, 0, pair), y = ENTRY(pairs, 1, pair);
+        double beside_x = x * cosine - sine * y + place[0] - ENTRY(pairs, 2, pair);
+        double beside_y = y * cosine + sine * x + place[1] - ENTRY(pairs, 3, pair);
+        off[pair] = beside_x * ENTRY(pairs, 4, pair) + beside_y * ENTRY(pairs, 5, pair);
+        ratio[pair] = off[pair] / sqrt(ENTRY(pairs, 6, pair));
+        terms[pair] = fabs(ratio[pair]);
+    }
+    double measured = greater(1.4826 * selected(terms, size, size / 2), 1.0);
+    double narrow = 1.0 / (3.0 * given[0]), wide = measured * measured * given[1];
+    cos_sin(-place[2], &cosine, &sine);
+    for (Py_ssize_t pair = 0; pair < size; pair++) {
+        double x = ENTRY(pairs, 0, pair), y = ENTRY(pairs, 1, pair);
+        double normal_x = ENTRY(pairs, 4, pair), normal_y = ENTRY(pairs, 5, pair);
+        double part = ratio[pair] * narrow;
+        double weight = 1.0 / ((1.0 + part * part) * ENTRY(pairs, 6, pair) * wide);
+        double nx = normal_x * cosine - sine * normal_y, ny = normal_y * cosine + sine * normal_x;
+        double turn = x * ny - y * nx, last = off[pair];
+        double along_x = nx * weight, along_y = ny * weight, along_turn = turn * weight;
+        terms[pair] = along_x * nx;
+        terms[size + pair] = along_x * ny;
+        terms[2 * size + pair] = along_x * turn;
+        terms[3 * size + pair] = along_x * last;
+        terms[4 * size + pair] = along_y * ny;
+        terms[5 * size + pair] = along_y * turn;
+        terms[6 * size + pair] = along_y * last;
+        terms[7 * size + pair] = along_turn * turn;
+        terms[8 * size + pair] = along_turn * last;
+    }
+    for (int which = 0; which < 9; which++)
+        sums[which] = 0.0 + summed(terms + which * size, size);
+    found = Py_BuildValue("(dddddddddd)", sums[0], sums[1], sums[2], sums[4], sums[5], sums[7], sums[3], sums[6], sums[8],
+                          measured);
+pairs_open:
+    free(off);
+    closed(&pairs);
+    return found;
+}
+
 static PyMethodDef kernels[] = {
     KERNEL(sort_readings),
     KERNEL(points_of),
@@ -652,11 +1010,15 @@ static PyMethodDef kernels[] = {
     KERNEL(runs_of),
     KERNEL(split_at_end_points),
     KERNEL(fitted_lines),
+    KERNEL(agreed_direction),
     KERNEL(along_lane),
     KERNEL(in_lane),
     KERNEL(lane_beside),
+    KERNEL(lane_in_sight),
     KERNEL(seen_in_sector),
     KERNEL(count_votes),
+    KERNEL(on_walls),
+    KERNEL(normal_equations),
     {NULL, NULL, 0, NULL},
 };
 

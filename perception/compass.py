@@ -10,6 +10,7 @@ import numpy as np
 
 from perception.lines import Line, Lines
 from perception.settings import CompassSettings
+from transport.compiled import compiled
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,25 +50,44 @@ def compass_of(lines: Lines, settings: CompassSettings) -> Compass:
     """
     if not lines:
         return UNKNOWN
-    named = _named_by_most(lines, settings)
-    offsets = [math.remainder(line.alpha - named.alpha, settings.world_angle) for line in lines]
-    agreeing = [(line, offset) for line, offset in zip(lines, offsets, strict=True) if abs(offset) <= settings.spread]
-    if math.fsum([line.length for line, _ in agreeing]) < settings.min_length:
+    limits = settings.world_angle, settings.spread, settings.min_length, settings.min_confidence
+    found = agreed_direction(lines, limits)
+    if found is None:
         return UNKNOWN
+    misalignment, confidence, information = found
+    return Compass(misalignment, confidence, settings.range_noise / math.sqrt(information))
+
+
+@compiled
+def agreed_direction(lines: Lines, limits: tuple[float, float, float, float]) -> tuple[float, float, float] | None:
+    """The misalignment with the walls, rad, how confident it is, and its information for a range noise of 1 m, rad^-2.
+
+    Args:
+        lines: the walls, at least one.
+        limits: the world angle and the spread, rad, the least length, m, and the least confidence.
+
+    Returns:
+        None where too few walls agree.
+    """
+    world_angle, spread, min_length, min_confidence = limits
+    named = _named_by_most(lines, world_angle, spread)
+    offsets = [math.remainder(line.alpha - named.alpha, world_angle) for line in lines]
+    agreeing = [(line, offset) for line, offset in zip(lines, offsets, strict=True) if abs(offset) <= spread]
+    if math.fsum([line.length for line, _ in agreeing]) < min_length:
+        return None
     confidence = _agreement([line for line, _ in agreeing]) / _agreement(lines)
-    if confidence < settings.min_confidence:
-        return UNKNOWN
+    if confidence < min_confidence:
+        return None
     weights = [min(line.information, 1e12) for line, _ in agreeing]
     total = math.fsum(weights)
     mean = math.fsum([weight * offset for weight, (_, offset) in zip(weights, agreeing, strict=True)]) / total
     # A wall's normal is a right angle away from its direction.
-    misalignment = math.remainder(named.alpha + mean - math.pi / 2, settings.world_angle)
-    return Compass(misalignment, confidence, settings.range_noise / math.sqrt(total))
+    return math.remainder(named.alpha + mean - math.pi / 2, world_angle), confidence, total
 
 
-def _named_by_most(lines: Lines, settings: CompassSettings) -> Line:
+def _named_by_most(lines: Lines, world_angle: float, spread: float) -> Line:
     """The first of the walls with which most of the others agree; mostly, all agree with each."""
-    world_angle, spread, first = settings.world_angle, settings.spread, lines[0]
+    first = lines[0]
     if all(abs(math.remainder(line.alpha - first.alpha, world_angle)) <= spread for line in lines):
         return first
     alphas = np.array([line.alpha for line in lines])

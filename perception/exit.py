@@ -81,27 +81,45 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     moved_on = Lane(before.left, before.right, before.end - body.moved)
     if sweep.known_share < settings.known_share or not len(sweep.ranges):
         return moved_on
-    hits = along_lane(sweep.points, cos_sin(misalignment), (body.rear - settings.margin, settings.range))
-    beside = lane_beside(hits, body.half_width, settings.beside, settings.max_half_width, settings.widening)
+    direction, bounds = cos_sin(misalignment), (body.rear - settings.margin, settings.range)
+    sizes = body.half_width, settings.beside, settings.max_half_width, settings.widening
+    beside, standing, last = lane_in_sight(sweep.points, direction, bounds, sizes, (before.left, before.right))
     found = Lane(*beside) if beside else None
     if not before.known:
         return found or NO_LANE
-    standing, last = _in(before, hits, settings, math.inf)
     if standing > STRAY:
         if not found or last > settings.beside:
             return found or replace(moved_on, end=last)
         # The walls end beside the robot: what is farther to the sides is not a wall of this lane.
         narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
-        return replace(narrowed, end=_in(narrowed, hits, settings, moved_on.end)[1])
+        low, high = -narrowed.right - settings.widening, narrowed.left + settings.widening
+        return replace(narrowed, end=in_lane(along_lane(sweep.points, direction, bounds), low, high, moved_on.end)[1])
     if found and found.end > settings.beside:
         return found
     passed = moved_on.end < body.rear - settings.margin
     return replace(moved_on, empty=True, outside=passed and sweep.reach - moved_on.end >= settings.range)
 
 
-def _in(lane: Lane, hits: Floats, settings: ExitSettings, otherwise: float) -> tuple[int, float]:
-    """See `in_lane`; a lane is taken to be a little wider than it is."""
-    return in_lane(hits, -lane.right - settings.widening, lane.left + settings.widening, otherwise)
+@compiled
+def lane_in_sight(
+    points: Floats,
+    direction: tuple[float, float],
+    bounds: tuple[float, float],
+    sizes: tuple[float, float, float, float],
+    before: tuple[float, float],
+) -> tuple[tuple[float, float, float] | None, int, float]:
+    """What the hits say of a lane: `lane_beside`, and `in_lane` of the lane before, which is taken a little wider.
+
+    Args:
+        points: in the robot's frame, m, shape (n, 2).
+        direction: cosine and sine of the walls' direction seen from the robot.
+        bounds: the lowest and the highest place along the lane, m.
+        sizes: what `lane_beside` is given after the hits, m.
+        before: how far the lane before reaches to the left and to the right, m; NaN where there was none.
+    """
+    hits, widening = along_lane(points, direction, bounds), sizes[3]
+    left, right = before
+    return lane_beside(hits, *sizes), *in_lane(hits, -right - widening, left + widening, math.inf)
 
 
 @compiled

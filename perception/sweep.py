@@ -64,15 +64,25 @@ class BeamTable:
         Args:
             points: in the robot's frame, m, shape (n, 2).
         """
-        span = (len(self.angles) - 1) * self.step
-        if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
+        if self.bounds is None:
             return points if not len(self.angles) else points[:0]
-        return out_of_view(points, (self.mount.x, self.mount.y), self._end_directions, span)
+        return out_of_view(points, self.place, self.bounds[:4], self.bounds[4])
 
     @cached_property
-    def _end_directions(self) -> tuple[float, float, float, float]:
-        """Cosine and sine of the first beam and of the last."""
-        return (*self._direction(0), *self._direction(-1))
+    def place(self) -> tuple[float, float]:
+        """The sensor's place in the robot's frame, m."""
+        return self.mount.x, self.mount.y
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float, float] | None:
+        """Cosine and sine of the first beam and of the last, and the angle from the one to the other, rad.
+
+        None of a sensor that sees all round, or nothing.
+        """
+        span = (len(self.angles) - 1) * self.step
+        if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
+            return None
+        return *self._direction(0), *self._direction(-1), span
 
     def _direction(self, beam: int) -> tuple[float, float]:
         return self.cosines.item(beam), self.sines.item(beam)
@@ -250,9 +260,8 @@ class ScanPoints:
     def points(self) -> Floats:
         """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
         fan, ranges = self.fan, self.distances
-        place = fan.mount.x, fan.mount.y
         # The columns lie apart in memory: most uses want all x or all y.
-        return points_of(ranges, self._of_hits(fan.cosines), self._of_hits(fan.sines), place).T
+        return points_of(ranges, self._of_hits(fan.cosines), self._of_hits(fan.sines), fan.place).T
 
     @property
     def free(self) -> Floats:

@@ -1,6 +1,8 @@
 /* The simulator's hot functions: see the Python functions of the same names in lidar.py, noise.py, geometry.py, body.py. */
 #include "../transport/kernels.h"
 
+#include <stdlib.h>
+
 #define CLOSE 1e-3
 #define STRAIGHT 2e-3
 /* Upper limit of the error of `rough_angle`, rad, well below STRAIGHT; it only widens the intervals of beams. */
@@ -219,27 +221,94 @@ static PyObject *outline_distance(PyObject *Py_UNUSED(module), PyObject *const *
     return PyFloat_FromDouble(sqrt(least));
 }
 
+static PyObject *outline_near(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array outline, segments;
+    double pose[4], reach, least = INFINITY;
+    if (!takes("outline_near", 4, count) || !of_tuple(arguments[1], 4, pose) || !numbers(arguments + 3, 1, &reach) ||
+        !opened(arguments[0], &outline, "d", 0))
+        return NULL;
+    if (!opened(arguments[2], &segments, "d", 0)) {
+        closed(&outline);
+        return NULL;
+    }
+    double x = pose[0], y = pose[1], cos = pose[2], sin = pose[3];
+    double *corners = malloc((outline.rows + 1) * 2 * sizeof(double));
+    int good = corners && outline.columns == 2 && (!segments.rows || segments.columns == 4);
+    if (!corners)
+        PyErr_NoMemory();
+    else if (!good)
+        PyErr_SetString(PyExc_ValueError, "corners have the shape (n, 2), segments (n, 4)");
+    for (Py_ssize_t corner = 0; good && corner < outline.rows; corner++) {
+        double ahead = ENTRY(outline, corner, 0), aside = ENTRY(outline, corner, 1);
+        corners[2 * corner] = x + cos * ahead - sin * aside;
+        corners[2 * corner + 1] = y + sin * ahead + cos * aside;
+    }
+    Array placed = {.data = (char *)corners, .rows = outline.rows, .columns = 2, .row_step = 2 * sizeof(double),
+                    .column_step = sizeof(double)};
+    for (Py_ssize_t index = 0; good && index < segments.rows; index++) {
+        double ax = ENTRY(segments, index, 0), ay = ENTRY(segments, index, 1);
+        double bx = ENTRY(segments, index, 2), by = ENTRY(segments, index, 3);
+        if (sqrt(square_from(x, y, ax, ay, bx, by)) <= reach)
+            least = lesser(least, square_between(&placed, ax, ay, bx, by));
+    }
+    free(corners);
+    closed(&segments);
+    closed(&outline);
+    return good ? PyFloat_FromDouble(sqrt(least)) : NULL;
+}
+
+/* Some steps along an arc: x, y and heading in `place`. */
+static void followed(double *place, Velocity velocity, double duration, long steps)
+{
+    double cos, sin, half = velocity.turn * duration / 2;
+    double chord = chord_over_arc(half);
+    for (long step = 0; step < steps; step++) {
+        cos_sin(place[2] + half, &cos, &sin);
+        cos = chord * cos, sin = chord * sin;
+        place[0] += (cos * velocity.forward - sin * velocity.left) * duration;
+        place[1] += (sin * velocity.forward + cos * velocity.left) * duration;
+        place[2] += velocity.turn * duration;
+    }
+}
+
+static PyObject *glided(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    double place[3], before[3], after[3], changes[2], duration;
+    if (!takes("glided", 5, count) || !of_tuple(arguments[0], 3, place) || !of_tuple(arguments[2], 2, changes) ||
+        !numbers(arguments + 3, 1, &duration))
+        return NULL;
+    if (!PyTuple_Check(arguments[1]) || PyTuple_Size(arguments[1]) != 2) {
+        PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of two velocities here");
+        return NULL;
+    }
+    if (!of_tuple(PyTuple_GetItem(arguments[1], 0), 3, before) || !of_tuple(PyTuple_GetItem(arguments[1], 1), 3, after))
+        return NULL;
+    long steps = PyLong_AsLong(arguments[4]);
+    if (steps == -1 && PyErr_Occurred())
+        return NULL;
+    Velocity velocity = {before[0], before[1], before[2]}, wanted = {after[0], after[1], after[2]};
+    int arrived = 0;
+    while (steps > 0) {
+        arrived = reached(&velocity, wanted, changes);
+        followed(place, velocity, duration, arrived ? steps : 1);
+        steps = arrived ? 0 : steps - 1;
+    }
+    return Py_BuildValue("(ddd)(ddd)O", place[0], place[1], place[2], velocity.forward, velocity.left, velocity.turn,
+                         arrived ? Py_True : Py_False);
+}
+
 static PyObject *follow_arc(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
-    double place[3], velocity[3], duration, cos, sin;
+    double place[3], velocity[3], duration;
     if (!takes("follow_arc", 4, count) || !of_tuple(arguments[0], 3, place) || !of_tuple(arguments[1], 3, velocity) ||
         !numbers(arguments + 2, 1, &duration))
         return NULL;
     long steps = PyLong_AsLong(arguments[3]);
     if (steps == -1 && PyErr_Occurred())
         return NULL;
-    double x = place[0], y = place[1], heading = place[2];
-    double forward = velocity[0], left = velocity[1], turn = velocity[2];
-    double half = turn * duration / 2;
-    double chord = chord_over_arc(half);
-    for (long step = 0; step < steps; step++) {
-        cos_sin(heading + half, &cos, &sin);
-        cos = chord * cos, sin = chord * sin;
-        x += (cos * forward - sin * left) * duration;
-        y += (sin * forward + cos * left) * duration;
-        heading += turn * duration;
-    }
-    return Py_BuildValue("(ddd)", x, y, heading);
+    followed(place, (Velocity){velocity[0], velocity[1], velocity[2]}, duration, steps);
+    return Py_BuildValue("(ddd)", place[0], place[1], place[2]);
 }
 
 static PyMethodDef kernels[] = {
@@ -247,6 +316,8 @@ static PyMethodDef kernels[] = {
     KERNEL(disturb),
     KERNEL(nearest_segment),
     KERNEL(outline_distance),
+    KERNEL(outline_near),
+    KERNEL(glided),
     KERNEL(follow_arc),
     {NULL, NULL, 0, NULL},
 };

@@ -10,6 +10,7 @@ from pymunk.autogeometry import convex_decomposition
 
 from sim.maze import Point
 from transport.arithmetic import chord_over_arc, cos_sin
+from transport.base import Holonomic, reached
 from transport.compiled import compiled
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist, wrap_angle
@@ -106,14 +107,17 @@ class Body:
             duration: length of a step, s.
             steps: how many.
         """
-        place = (*self.body.position, self.heading)
-        while steps:
-            if self.twist is not target:
-                self.twist = self.description.towards(self.twist, target, duration)
-            alike = steps if self.twist is target else 1
-            twist = self.twist
-            place = follow_arc(place, (twist.forward, twist.left, twist.turn), duration, alike)
-            steps -= alike
+        place, description, wanted = (*self.body.position, self.heading), self.description, _parts(target)
+        if isinstance(description.base, Holonomic):
+            changes = description.base.changes(description.limits, duration)
+            place, velocity, arrived = glided(place, (_parts(self.twist), wanted), changes, duration, steps)
+            self.twist = target if arrived else Twist(*velocity)
+        else:
+            while steps:
+                self.twist = description.towards(self.twist, target, duration)
+                alike = steps if self.twist is target else 1
+                place = follow_arc(place, _parts(self.twist), duration, alike)
+                steps -= alike
         self.body.position, self.heading = place[:2], place[2]
         self._shapes_behind, self._steady = True, False
 
@@ -157,6 +161,36 @@ def follow_arc(place: Placed, velocity: Placed, duration: float, steps: int) -> 
         y += (sin * forward + cos * left) * duration
         heading += turn * duration
     return x, y, heading
+
+
+def _parts(twist: Twist) -> Placed:
+    return twist.forward, twist.left, twist.turn
+
+
+@compiled
+def glided(
+    place: Placed, velocities: tuple[Placed, Placed], changes: tuple[float, float], duration: float, steps: int
+) -> tuple[Placed, Placed, bool]:
+    """Where a holonomic base is that gets from one velocity to another, and then keeps it.
+
+    Args:
+        place: x and y in m, heading in rad.
+        velocities: the present one and the one to strive for, within the limits: forward and to the left in m/s, turn
+            in rad/s, in the robot's frame.
+        changes: the largest changes of translation and rotation in a step, m/s and rad/s.
+        duration: length of a step, s.
+        steps: how many.
+
+    Returns:
+        The place and the velocity at the end, and whether that is the wanted one.
+    """
+    twist, target = (Twist(*velocity) for velocity in velocities)
+    while steps:
+        twist = reached(twist, target, changes)
+        alike = steps if twist is target else 1
+        place = follow_arc(place, _parts(twist), duration, alike)
+        steps -= alike
+    return place, _parts(twist), twist is target
 
 
 def convex_parts(footprint: Sequence[Point]) -> list[list[Point]]:

@@ -58,6 +58,23 @@ def outline_distance(corners: Points, segments: Segments) -> float:
     return float(min(distances(corners, segments).min(), distances(ends, edges(corners)).min()))
 
 
+@compiled
+def outline_near(outline: Points, pose: tuple[float, float, float, float], segments: Segments, reach: float) -> float:
+    """`outline_distance` of a robot from those segments that are within reach of its origin, m; infinite for none.
+
+    Args:
+        outline: its corners in its own frame, m, shape (n, 2).
+        pose: x and y in m, cosine and sine of its heading.
+        segments: shape (m, 4).
+        reach: m.
+    """
+    near = segments[distances(np.array([pose[:2]]), segments)[0] <= reach]
+    x, y, cos, sin = pose
+    ahead, aside = outline[:, 0], outline[:, 1]
+    corners = np.stack([x + cos * ahead - sin * aside, y + sin * ahead + cos * aside], axis=1)
+    return outline_distance(corners, near)
+
+
 def crosses(before: Point, after: Point, gate: Sequence[float]) -> int:
     """Whether a short move passes through a gate: +1 from its right to its left, -1 the other way, 0 not at all.
 

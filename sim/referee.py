@@ -11,11 +11,11 @@ import numpy as np
 
 from sim.body import Body
 from sim.doors import SlidingDoor
-from sim.geometry import Points, crosses, distances, outline_distance, placed
+from sim.geometry import Points, crosses, distances, outline_near, placed
 from sim.maze import LEAVE, Goal, Leave, Maze, Nothing, Reach, Segments, Survive
 from sim.settings import Rules
 from sim.world import Contact, PhysicalWorld
-from transport.arithmetic import distance_between, norm
+from transport.arithmetic import cos_sin, distance_between, norm
 from transport.messages import Command, Pose
 
 STILL_DISTANCE = 0.01
@@ -211,9 +211,7 @@ class Referee:
         reach = self._clearance + base.radius
         if world.room(name) > reach:
             return math.inf
-        solids = world.around(name)
-        near = solids[distances(np.array([[pose.x, pose.y]]), solids)[0] <= reach + 1e-6]
-        return outline_distance(placed(base.outline, pose), near)
+        return outline_near(base.outline, (pose.x, pose.y, *cos_sin(pose.heading)), world.around(name), reach + 1e-6)
 
     def _judge(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str]:
         if self._contacts and self._rules.contact_fails:

@@ -5,6 +5,7 @@
 
 /* As in surroundings.py. */
 #define STRIDE 3
+#define REMEMBERED 400
 /* As in safety.py. */
 #define OPPOSITE 0.9
 #define SHORT (2.0 / 7.0)
@@ -17,42 +18,25 @@ static int of_points(const Array *points)
     return good;
 }
 
-static PyObject *nearest_of_beams(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+/* The nearest hit of every three beams within reach, from `kept` on; how many there are. */
+static Py_ssize_t nearest_hits(const Beams *beams, const double *place, double reach, double *kept)
 {
-    Beams beams;
-    Array points;
-    double place[2], reach;
-    PyObject *found = NULL;
-    if (!takes("nearest_of_beams", 5, count) || !of_tuple(arguments[3], 2, place) ||
-        !numbers(arguments + 4, 1, &reach) || !beams_opened(arguments, &beams))
-        return NULL;
-    Py_ssize_t *nearest = malloc((beams.ranges.columns + 1) * sizeof(Py_ssize_t)), near = 0;
-    if (!nearest) {
-        PyErr_NoMemory();
-        goto beams_open;
-    }
-    for (Py_ssize_t first = 0; first + STRIDE <= beams.ranges.columns; first += STRIDE) {
+    Py_ssize_t near = 0;
+    for (Py_ssize_t first = 0; first + STRIDE <= beams->ranges.columns; first += STRIDE) {
         double least = INFINITY;
+        Py_ssize_t nearest = first;
         for (Py_ssize_t beam = first; beam < first + STRIDE; beam++)
-            if (NUMBER(beams.ranges, beam) < reach && NUMBER(beams.ranges, beam) < least) {
-                least = NUMBER(beams.ranges, beam);
-                nearest[near] = beam;
+            if (NUMBER(beams->ranges, beam) < reach && NUMBER(beams->ranges, beam) < least) {
+                least = NUMBER(beams->ranges, beam);
+                nearest = beam;
             }
-        near += isfinite(least) ? 1 : 0;
+        if (!isfinite(least))
+            continue;
+        kept[2 * near] = place[0] + least * NUMBER(beams->cosines, nearest);
+        kept[2 * near + 1] = place[1] + least * NUMBER(beams->sines, nearest);
+        near++;
     }
-    found = made(&points, near, 2);
-    if (!found)
-        goto beams_open;
-    for (Py_ssize_t index = 0; index < near; index++) {
-        double range = NUMBER(beams.ranges, nearest[index]);
-        ENTRY(points, index, 0) = place[0] + range * NUMBER(beams.cosines, nearest[index]);
-        ENTRY(points, index, 1) = place[1] + range * NUMBER(beams.sines, nearest[index]);
-    }
-    closed(&points);
-beams_open:
-    free(nearest);
-    beams_closed(&beams);
-    return found;
+    return near;
 }
 
 /* Copies the first two numbers of each kept row; the rows are counted before. */
@@ -70,6 +54,34 @@ static PyObject *pairs(const double *kept, Py_ssize_t count)
     return found;
 }
 
+static PyObject *nearest_of_beams(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Beams beams;
+    double place[2], reach;
+    if (!takes("nearest_of_beams", 5, count) || !of_tuple(arguments[3], 2, place) ||
+        !numbers(arguments + 4, 1, &reach) || !beams_opened(arguments, &beams))
+        return NULL;
+    double *kept = malloc((beams.ranges.columns + 1) * 2 * sizeof(double));
+    PyObject *found = kept ? pairs(kept, nearest_hits(&beams, place, reach, kept)) : PyErr_NoMemory();
+    free(kept);
+    beams_closed(&beams);
+    return found;
+}
+
+/* Where points are for a robot that has moved, those within reach, from `kept` on; how many there are. */
+static Py_ssize_t carried(const Array *points, const double *motion, double reach, double *kept)
+{
+    double x = motion[0], y = motion[1], cos = motion[2], sin = motion[3];
+    Py_ssize_t near = 0;
+    for (Py_ssize_t index = 0; index < points->rows; index++) {
+        double dx = ENTRY(*points, index, 0) - x, dy = ENTRY(*points, index, 1) - y;
+        double ahead = cos * dx + sin * dy, aside = cos * dy - sin * dx;
+        kept[2 * near] = ahead, kept[2 * near + 1] = aside;
+        near += norm(ahead, aside) < reach;
+    }
+    return near;
+}
+
 static PyObject *carried_near(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points;
@@ -78,22 +90,59 @@ static PyObject *carried_near(PyObject *Py_UNUSED(module), PyObject *const *argu
     if (!takes("carried_near", 3, count) || !of_tuple(arguments[1], 4, motion) ||
         !numbers(arguments + 2, 1, &reach) || !opened(arguments[0], &points, "d", 0))
         return NULL;
-    double x = motion[0], y = motion[1], cos = motion[2], sin = motion[3];
     double *kept = malloc((points.rows + 1) * 2 * sizeof(double));
-    Py_ssize_t near = 0;
     if (!kept)
         PyErr_NoMemory();
-    if (kept && of_points(&points)) {
-        for (Py_ssize_t index = 0; index < points.rows; index++) {
-            double dx = ENTRY(points, index, 0) - x, dy = ENTRY(points, index, 1) - y;
-            double ahead = cos * dx + sin * dy, aside = cos * dy - sin * dx;
-            kept[2 * near] = ahead, kept[2 * near + 1] = aside;
-            near += norm(ahead, aside) < reach;
-        }
-        found = pairs(kept, near);
-    }
+    else if (of_points(&points))
+        found = pairs(kept, carried(&points, motion, reach, kept));
     free(kept);
     closed(&points);
+    return found;
+}
+
+static PyObject *seen_and_behind(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Beams beams;
+    Array before;
+    double sight[8], motion[4];
+    const double *place = sight, *ends = sight + 3;
+    PyObject *found = NULL, *arrays[3];
+    if (!takes("seen_and_behind", 4, count) || !of_tuple(arguments[1], 8, sight) || !of_tuple(arguments[3], 4, motion))
+        return NULL;
+    if (!PyTuple_Check(arguments[0]) || PyTuple_Size(arguments[0]) != 3) {
+        PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of three arrays here");
+        return NULL;
+    }
+    for (int array = 0; array < 3; array++)
+        arrays[array] = PyTuple_GetItem(arguments[0], array);
+    if (!beams_opened(arrays, &beams))
+        return NULL;
+    if (!opened(arguments[2], &before, "d", 0)) {
+        beams_closed(&beams);
+        return NULL;
+    }
+    double reach = sight[2], span = sight[7];
+    double *kept = malloc((beams.ranges.columns + before.rows + 1) * 2 * sizeof(double));
+    if (!kept) {
+        PyErr_NoMemory();
+    } else if (of_points(&before)) {
+        Py_ssize_t seen = nearest_hits(&beams, place, reach, kept), hidden = 0;
+        double *behind = kept + 2 * seen;
+        Py_ssize_t near = carried(&before, motion, reach, behind);
+        for (Py_ssize_t index = 0; index < near; index++) {
+            double x = behind[2 * index], y = behind[2 * index + 1];
+            behind[2 * hidden] = x, behind[2 * hidden + 1] = y;
+            hidden += !in_view(x, y, place, ends, span);
+        }
+        if (hidden > REMEMBERED) {
+            memmove(behind, behind + 2 * (hidden - REMEMBERED), REMEMBERED * 2 * sizeof(double));
+            hidden = REMEMBERED;
+        }
+        found = pairs(kept, seen + hidden);
+    }
+    free(kept);
+    closed(&before);
+    beams_closed(&beams);
     return found;
 }
 
@@ -190,6 +239,54 @@ static PyObject *least_clearance(PyObject *Py_UNUSED(module), PyObject *const *a
         return NULL;
     }
     return PyFloat_FromDouble(least - box[4]);
+}
+
+static PyObject *stopping(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    double given[3], period, changes[2], x = 0.0, y = 0.0, heading = 0.0;
+    Py_ssize_t total = 0, room = 64;
+    Array array;
+    if (!takes("stopping", 3, count) || !of_tuple(arguments[0], 3, given) || !numbers(arguments + 1, 1, &period) ||
+        !of_tuple(arguments[2], 2, changes))
+        return NULL;
+    if (!isfinite(given[0] + given[1] + given[2]) || !(changes[0] > 0.0 && changes[1] > 0.0)) {
+        PyErr_SetString(PyExc_ValueError, "a velocity is finite, and braking changes it");
+        return NULL;
+    }
+    Velocity velocity = {given[0], given[1], given[2]}, rest = {0.0, 0.0, 0.0};
+    double *poses = malloc(room * 3 * sizeof(double));
+    while (poses && (velocity.forward != 0.0 || velocity.left != 0.0 || velocity.turn != 0.0)) {
+        double cos, sin, half = velocity.turn * period / 2, chord = period * chord_over_arc(half);
+        cos_sin(heading + half, &cos, &sin);
+        cos = chord * cos, sin = chord * sin;
+        x = x + cos * velocity.forward - sin * velocity.left;
+        y = y + sin * velocity.forward + cos * velocity.left;
+        heading = remainder(heading + velocity.turn * period, 2.0 * 3.141592653589793);
+        if (total == room) {
+            double *more = realloc(poses, (room *= 2) * 3 * sizeof(double));
+            if (!more)
+                free(poses);
+            poses = more;
+            if (!poses)
+                break;
+        }
+        poses[3 * total] = x, poses[3 * total + 1] = y, poses[3 * total + 2] = heading;
+        total++;
+        reached(&velocity, rest, changes);
+    }
+    if (!poses)
+        return PyErr_NoMemory();
+    if (!total)
+        poses[0] = poses[1] = poses[2] = 0.0, total = 1;
+    PyObject *found = made(&array, total, 3);
+    if (found) {
+        for (Py_ssize_t pose = 0; pose < total; pose++)
+            for (int part = 0; part < 3; part++)
+                ENTRY(array, pose, part) = poses[3 * pose + part];
+        closed(&array);
+    }
+    free(poses);
+    return found;
 }
 
 static PyObject *room_ahead(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
@@ -318,9 +415,11 @@ static PyObject *passage_between(PyObject *Py_UNUSED(module), PyObject *const *a
 static PyMethodDef kernels[] = {
     KERNEL(nearest_of_beams),
     KERNEL(carried_near),
+    KERNEL(seen_and_behind),
     KERNEL(turned_near),
     KERNEL(from_core),
     KERNEL(least_clearance),
+    KERNEL(stopping),
     KERNEL(room_ahead),
     KERNEL(room_across),
     KERNEL(passage_between),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import chain
 
 import numpy as np
@@ -13,7 +14,7 @@ from skills.outline import Outline
 from skills.settings import SafetySettings
 from skills.surroundings import Points
 from transport.arithmetic import norm, norms
-from transport.base import Holonomic, integrate
+from transport.base import Holonomic, integrate, reached
 from transport.compiled import compiled
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist
@@ -135,14 +136,32 @@ class CollisionGuard:
 
     def _stop(self, twist: Twist) -> NDArray[np.float64]:
         """Where the robot is after a period with this twist and after each period of braking, shape (k, 3)."""
-        period = self._robot.period
-        pose = Pose()
-        poses = []
-        while twist != STOP:
-            pose = integrate(pose, twist, period)
-            poses.append((pose.x, pose.y, pose.heading))
-            twist = self.brake(twist)
-        return np.asarray(poses or [(0.0, 0.0, 0.0)])
+        period, base = self._robot.period, self._robot.base
+        if isinstance(base, Holonomic):
+            return stopping((twist.forward, twist.left, twist.turn), period, base.changes(self._robot.limits, period))
+        return _followed(twist, period, self.brake)
+
+
+def _followed(twist: Twist, period: float, brake: Callable[[Twist], Twist]) -> NDArray[np.float64]:
+    """The poses after each period, the first one with a twist, each further one braked again, shape (k, 3)."""
+    pose, poses = Pose(), []
+    while twist != STOP:
+        pose = integrate(pose, twist, period)
+        poses.append((pose.x, pose.y, pose.heading))
+        twist = brake(twist)
+    return np.asarray(poses or [(0.0, 0.0, 0.0)])
+
+
+@compiled
+def stopping(velocity: tuple[float, float, float], period: float, changes: tuple[float, float]) -> NDArray[np.float64]:
+    """The poses of a holonomic robot after a period and after each period of braking, shape (k, 3).
+
+    Args:
+        velocity: forward and to the left, m/s, and turn, rad/s.
+        period: s.
+        changes: the largest of translation and rotation in a period, m/s and rad/s, positive.
+    """
+    return _followed(Twist(*velocity), period, lambda twist: reached(twist, STOP, changes))
 
 
 @compiled

@@ -140,8 +140,6 @@ class ExploreSettings(Settings):
     """Another place than the one chosen must be better by this much, s."""
     patience: Positive = 3.5
     """With no such place left the robot waits this long, s: a door that opens shows on the map a little later."""
-    before_door: Positive = 0.6
-    """The robot stands still so far before a dead end that may be a door, m."""
 
 
 class RingSettings(Settings):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.facts import Facts
-from perception.sweep import ScanPoints
+from perception.sweep import ScanPoints, out_of_view
 from skills.frames import Frame
 from transport.arithmetic import cos_sin, norms
 from transport.compiled import compiled
@@ -34,25 +34,25 @@ class Surroundings:
 
     def update(self, facts: Facts) -> Points:
         """Process a tick and return all points within reach, in the robot's frame, m, shape (n, 2)."""
-        pose = facts.observation.odometry.pose
-        points = np.concatenate([near_points(facts.sweep, self._reach), self._behind(facts.sweep, pose)])
+        pose, sweep = facts.observation.odometry.pose, facts.sweep
+        before, points = self._last or (pose, np.empty((0, 2)))
+        moved = Frame(before).local(pose)
+        motion = moved.x, moved.y, *cos_sin(moved.heading)
+        fan = sweep.fan
+        if fan.bounds is None:
+            behind = fan.blind(carried_near(points, motion, self._reach))[-REMEMBERED:]
+            points = np.concatenate([near_points(sweep, self._reach), behind])
+        else:
+            sight = *fan.place, self._reach, *fan.bounds
+            points = seen_and_behind((sweep.ranges, fan.cosines, fan.sines), sight, points, motion)
         self._last = pose, points
         return points
-
-    def _behind(self, sweep: ScanPoints, pose: Pose) -> Points:
-        """The points of earlier ticks that the laser cannot see now."""
-        if self._last is None:
-            return np.empty((0, 2))
-        before, points = self._last
-        motion = Frame(before).local(pose)
-        near = carried_near(points, (motion.x, motion.y, *cos_sin(motion.heading)), self._reach)
-        return np.asarray(sweep.fan.blind(near)[-REMEMBERED:])
 
 
 def near_points(sweep: ScanPoints, reach: float) -> Points:
     """The nearest hits of every three beams within ``reach`` (m) of the sensor, in the robot's frame, shape (n, 2)."""
     fan = sweep.fan
-    return nearest_of_beams(sweep.ranges, fan.cosines, fan.sines, (fan.mount.x, fan.mount.y), reach)
+    return nearest_of_beams(sweep.ranges, fan.cosines, fan.sines, fan.place, reach)
 
 
 @compiled
@@ -90,3 +90,24 @@ def carried_near(points: Points, motion: tuple[float, float, float, float], reac
     dx, dy = points[:, 0] - x, points[:, 1] - y
     moved = np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
     return np.asarray(moved[norms(moved[:, 0], moved[:, 1]) < reach])
+
+
+@compiled
+def seen_and_behind(
+    beams: tuple[Points, Points, Points],
+    sight: tuple[float, float, float, float, float, float, float, float],
+    before: Points,
+    motion: tuple[float, float, float, float],
+) -> Points:
+    """`nearest_of_beams`, and of earlier points carried along, those that the laser cannot see, m, shape (k, 2).
+
+    Args:
+        beams: the ranges, m, shape (n,), NaN where nothing is known; cosines and sines of their directions.
+        sight: the sensor's place and the reach, m; cosine and sine of the first beam and of the last, and the angle
+            from the one to the other, rad.
+        before: points in the robot's frame before it moved, m, shape (m, 2).
+        motion: where the robot is in that frame, m, and cosine and sine of its heading.
+    """
+    place, reach = sight[:2], sight[2]
+    behind = out_of_view(carried_near(before, motion, reach), place, sight[3:7], sight[7])[-REMEMBERED:]
+    return np.concatenate([nearest_of_beams(*beams, place, reach), behind])

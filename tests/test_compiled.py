@@ -8,9 +8,11 @@ import sys
 import numpy as np
 import pytest
 
+import perception.compass
 import perception.exit
 import perception.hough
 import perception.lines
+import perception.mapping.matching
 import perception.space
 import perception.sweep
 import sim.body
@@ -22,12 +24,14 @@ import skills.passage
 import skills.safety
 import skills.surroundings
 import transport.arithmetic
+import transport.sanity
 from transport.compiled import PACKAGES, PLAIN, TWINS, arithmetic_in_use, kernels_of
 
 MODULES = (
-    *(perception.exit, perception.hough, perception.lines, perception.space, perception.sweep),
+    *(perception.compass, perception.exit, perception.hough, perception.lines, perception.mapping.matching),
+    *(perception.space, perception.sweep),
     *(sim.body, sim.geometry, sim.lidar, sim.noise),
-    transport.arithmetic,
+    *(transport.arithmetic, transport.sanity),
     *(skills.outline, skills.passage, skills.safety, skills.surroundings),
 )
 CASES = int(os.environ.get("MAZE_MACHINE_COMPILED_CASES", "1000"))
@@ -87,8 +91,15 @@ def simulated(generator):
     yield "sim.nearest_segment", *segments[0, :2].tolist(), segments
     corners = generator.uniform(-1, 1, (int(generator.integers(3, 9)), 2))
     yield "sim.outline_distance", corners, segments
+    where = *generator.uniform(-3, 3, 2).tolist(), math.cos(heading), math.sin(heading)
+    yield "sim.outline_near", corners, where, segments, float(generator.choice([0.0, 0.5, 2.0, math.inf]))
     twist = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
     place = generator.uniform(-9, 9, 3) * generator.choice([1.0, 1e5])
+    wanted = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
+    wanted = twist if generator.random() < 0.2 else wanted
+    changes = tuple(generator.choice([0.01, 0.3, 2.0], 2).tolist())
+    gliding = tuple(place.tolist()), (tuple(twist.tolist()), tuple(wanted.tolist())), changes
+    yield "sim.glided", *gliding, 0.01, int(generator.integers(0, 11))
     yield "sim.follow_arc", tuple(place.tolist()), tuple(twist.tolist()), 0.01, int(generator.integers(0, 11))
 
 
@@ -105,6 +116,19 @@ def scanned(generator):
     if not len(beams):
         beams, ranges = np.arange(len(angles)), np.full(len(angles), 2.0)
     return beams, ranges, (directions[:, beams] * ranges[beams]).T, step
+
+
+def axes_of(generator):
+    """Straight walls, most of them along two axes, some with one direction in common to the last bit."""
+    count, about = int(generator.integers(1, 24)), generator.uniform(-4, 4)
+    alphas = about + generator.integers(-2, 3, count) * math.pi / 2 + generator.normal(0, 0.03, count)
+    alphas += generator.choice([0.0, 0.7], count) * generator.choice([0.0, 1.0])
+    alphas[generator.random(count) < 0.3] = alphas[0]
+    lengths, sizes = generator.uniform(0, 3, count), 10.0 ** generator.uniform(-3, 14, count)
+    return tuple(
+        perception.lines.Line(alpha, 1.0, (0.0, 0.0), (1.0, 0.0), length, 9, size, 0.0)
+        for alpha, length, size in zip(alphas.tolist(), lengths.tolist(), sizes.tolist(), strict=True)
+    )
 
 
 def perceived(generator):
@@ -129,9 +153,13 @@ def perceived(generator):
         limits = (*generator.choice([-1.0, 0.002, 0.05], 1).tolist(), 0.1, float(generator.choice([0.05, math.inf])))
         yield "perception.fitted_lines", points, hit, pieces, limits
     turn = generator.uniform(-4, 4)
+    yield "perception.agreed_direction", axes_of(generator), (math.pi / 2, math.radians(6), 0.4, 0.4)
     yield "perception.along_lane", points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0)
     along = TWINS["perception.along_lane"].plain(points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0))
     yield "perception.lane_beside", along, float(generator.uniform(0.01, 0.5)), 0.7, 2.0, 0.1
+    sizes = float(generator.uniform(0.01, 0.5)), 0.7, 2.0, 0.1
+    before = (math.nan, math.nan) if generator.random() < 0.3 else tuple(generator.uniform(0, 1, 2).tolist())
+    yield "perception.lane_in_sight", points, (math.cos(turn), math.sin(turn)), (-0.5, 3.0), sizes, before
     yield "perception.in_lane", along, *sorted(generator.uniform(-2, 2, 2).tolist()), math.inf
     chosen = np.unique(generator.integers(0, len(ranges), int(generator.integers(0, 40))))
     yield "perception.seen_in_sector", ranges, chosen, float(generator.choice([0.0, 0.1, 0.5]))
@@ -140,6 +168,32 @@ def perceived(generator):
     rows = generator.integers(0, len(grid.alphas), int(generator.integers(0, 60)))
     votes = np.empty((len(rows), len(grid.ps)), np.int32)
     yield "perception.count_votes", grid.transform[rows], np.ascontiguousarray(near.T), votes
+
+
+def walls_of(generator, count):
+    """Points with normals and variances."""
+    turns = generator.choice([0.0, 1.0], count) * math.pi / 2 + generator.normal(0, 0.1, count)
+    return (
+        generator.uniform(-2, 2, (2, count)),
+        np.stack([np.cos(turns), np.sin(turns)]),
+        generator.uniform(1e-6, 1e-3, count),
+    )
+
+
+def matched(generator):
+    """Inputs of the kernels that match scans."""
+    scan, reference = (walls_of(generator, int(generator.integers(1, 400))) for _ in range(2))
+    hits = generator.random(len(scan[2])) < 0.9
+    apart = np.where(hits, generator.uniform(0, 1, len(hits)), np.inf)
+    nearest = np.where(hits, generator.integers(0, len(reference[2]), len(hits)), len(reference[2]))
+    place = tuple(generator.uniform(-3, 3, 3).tolist())
+    limits = float(generator.choice([0.05, 1.0, 4.0])), float(generator.choice([-1.0, 0.7]))
+    yield "perception.on_walls", scan, reference, apart, nearest, (*place, *limits)
+    pairs = TWINS["perception.on_walls"].plain(scan, reference, apart, nearest, (*place, 9.0, -1.0))
+    if pairs.shape[1]:
+        yield "perception.normal_equations", pairs, place, (float(generator.choice([1.0, 3.7])), 4.0)
+        pairs[2:4] = np.round(pairs[2:4])
+        yield "perception.normal_equations", pairs, (0.0, 0.0, 0.0), (1.0, 4.0)
 
 
 def guarded(generator):
@@ -153,11 +207,19 @@ def guarded(generator):
     heading = generator.uniform(-4, 4)
     turn = math.cos(heading), math.sin(heading)
     yield "skills.carried_near", points, (*place, *turn), reach
+    first, last = generator.uniform(-4, 4, 2).tolist()
+    ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
+    sight = *place, reach, *ends, float(generator.uniform(0, 6))
+    many = points if generator.random() < 0.9 else np.tile(points, (20, 1))
+    directions = generator.uniform(-1, 1, (2, beams))
+    yield "skills.seen_and_behind", (ranges, *directions), sight, many, (*place, *turn)
     yield "skills.turned_near", points, turn, reach
     box = (*generator.uniform(-0.1, 0.1, 2).tolist(), *generator.uniform(0, 0.3, 2).tolist(), 0.05)
     yield "skills.from_core", points, box
     poses = generator.uniform(-1, 1, (int(generator.integers(1, 8)), 3))
     yield "skills.least_clearance", points, poses, box
+    velocity = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
+    yield "skills.stopping", tuple(velocity.tolist()), 0.1, tuple(generator.choice([0.005, 0.15, 2.0], 2).tolist())
     yield "skills.room_ahead", points, (*sorted(generator.uniform(-0.4, 0.4, 2).tolist()), 0.25, reach)
     apart, distance = TWINS["skills.from_core"].plain(points, box)
     yield "skills.room_across", apart, distance, int(distance.argmin())
@@ -170,10 +232,14 @@ def calculated(generator):
     yield "transport.cos_sin", float(generator.integers(-9, 9) * math.pi / 4)
     scale = generator.choice([0.0, -0.0, 1e-300, 1.0, 1e19, math.inf], 2)
     yield "transport.atan2", *(generator.uniform(-1, 1, 2) * np.where(np.isinf(scale), 1.0, scale)).tolist()
+    readings = generator.uniform(0, 11, int(generator.integers(0, 50))).astype(np.float32)
+    odd = generator.random(len(readings)) < 0.3
+    readings[odd] = generator.choice([-np.inf, np.inf, np.nan, -1.0, 0.1], int(odd.sum()))
+    yield "transport.counted", readings, float(np.float32(0.1))
     yield "transport.atan2", *generator.choice([0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan], 2).tolist()
 
 
-SOURCES = (calculated, simulated, perceived, guarded)
+SOURCES = (calculated, simulated, perceived, matched, guarded)
 
 
 @needs_kernels

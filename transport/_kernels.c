@@ -1,4 +1,4 @@
-/* The functions of arithmetic.py that a tick calls most. */
+/* The functions of arithmetic.py that a tick calls most, and the count of sanity.py. */
 #include "kernels.h"
 
 static PyObject *cos_sin_of(double angle)
@@ -28,9 +28,29 @@ static PyObject *atan2_kernel(PyObject *Py_UNUSED(module), PyObject *const *argu
     return PyFloat_FromDouble(direction(given[0], given[1]));
 }
 
+static PyObject *counted(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array ranges;
+    double given;
+    Py_ssize_t seeing = 0, too_near = 0;
+    int negative = 0;
+    if (!takes("counted", 2, count) || !numbers(arguments + 1, 1, &given) || !opened(arguments[0], &ranges, "f", 0))
+        return NULL;
+    float shortest = (float)given;
+    for (Py_ssize_t beam = 0; beam < ranges.columns; beam++) {
+        float range = *(float *)(ranges.data + beam * ranges.column_step);
+        seeing += range >= shortest;
+        too_near += range == -INFINITY;
+        negative |= range < 0.0f && isfinite(range);
+    }
+    closed(&ranges);
+    return Py_BuildValue("(nnO)", seeing, too_near, negative ? Py_True : Py_False);
+}
+
 static PyMethodDef kernels[] = {
     {"cos_sin", cos_sin_kernel, METH_O, NULL},
     {"atan2", (PyCFunction)(void (*)(void))atan2_kernel, METH_FASTCALL, NULL},
+    KERNEL(counted),
     {NULL, NULL, 0, NULL},
 };
 

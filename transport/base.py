@@ -58,17 +58,11 @@ class Holonomic(Settings):
         The translation moves in a straight line to the wanted one, the rotation at a rate of its own. Of two
         velocities within the limits each one between them is within them too.
         """
-        forward, left, turn = wanted.forward - before.forward, wanted.left - before.left, wanted.turn - before.turn
-        most, most_turn = limits.acceleration * duration, limits.turn_acceleration * duration
-        change = norm(forward, left)
-        if change > most:
-            share = most / change
-            speeds = before.forward + share * forward, before.left + share * left
-        elif abs(turn) <= most_turn:
-            return wanted
-        else:
-            speeds = wanted.forward, wanted.left
-        return Twist(*speeds, before.turn + math.copysign(most_turn, turn) if abs(turn) > most_turn else wanted.turn)
+        return reached(before, wanted, self.changes(limits, duration))
+
+    def changes(self, limits: Limits, duration: float) -> tuple[float, float]:
+        """The largest change of the translation, m/s, and of the rotation, rad/s, in a while (s)."""
+        return limits.acceleration * duration, limits.turn_acceleration * duration
 
 
 class Differential(Settings):
@@ -113,6 +107,21 @@ KINDS = ("holonomic", "differential")
 
 Base = Annotated[Holonomic | Differential, Field(discriminator="kind")]
 """How a robot moves."""
+
+
+def reached(before: Twist, wanted: Twist, changes: tuple[float, float]) -> Twist:
+    """`Holonomic.towards` with its largest changes of translation and rotation, m/s and rad/s."""
+    forward, left, turn = wanted.forward - before.forward, wanted.left - before.left, wanted.turn - before.turn
+    most, most_turn = changes
+    change = norm(forward, left)
+    if change > most:
+        share = most / change
+        speeds = before.forward + share * forward, before.left + share * left
+    elif abs(turn) <= most_turn:
+        return wanted
+    else:
+        speeds = wanted.forward, wanted.left
+    return Twist(*speeds, before.turn + math.copysign(most_turn, turn) if abs(turn) > most_turn else wanted.turn)
 
 
 def integrate(pose: Pose, twist: Twist, duration: float) -> Pose:

@@ -271,3 +271,28 @@ static inline void halfway(double x, double y, double *cosine, double *sine)
         *cosine = y / (2.0 * length * *sine);
     }
 }
+
+/* Whether a sensor looks at a place, whatever is in between: `ends` are cosine and sine of its first beam and of its last. */
+static inline int in_view(double x, double y, const double *place, const double *ends, double span)
+{
+    x -= place[0], y -= place[1];
+    int after_first = ends[0] * y - ends[1] * x >= -1e-5, before_last = ends[3] * x - ends[2] * y >= -1e-5;
+    return span > 3.141592653589793 ? after_first || before_last : after_first && before_last;
+}
+
+typedef struct {
+    double forward, left, turn;
+} Velocity;
+
+/* `reached` of transport/base.py; whether the wanted velocity is reached. */
+static inline int reached(Velocity *velocity, Velocity wanted, const double *changes)
+{
+    double forward = wanted.forward - velocity->forward, left = wanted.left - velocity->left;
+    double turn = wanted.turn - velocity->turn, change = norm(forward, left);
+    int far = change > changes[0], far_turn = fabs(turn) > changes[1];
+    double share = changes[0] / change;
+    velocity->forward = far ? velocity->forward + share * forward : wanted.forward;
+    velocity->left = far ? velocity->left + share * left : wanted.left;
+    velocity->turn = far_turn ? velocity->turn + copysign(changes[1], turn) : wanted.turn;
+    return !far && !far_turn;
+}

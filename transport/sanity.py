@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from transport.arithmetic import norm
+from transport.compiled import compiled
 from transport.description import Laser
 from transport.messages import NANOSECONDS, DoorReply, LinkStatus, Observation, Odometry, Scan, ScanGeometry
 
@@ -107,15 +108,25 @@ def blindness(scan: Scan) -> str:
     A beam that reads below the shortest range, as of a laser that has stopped turning, measures nothing; one that reads
     minus infinity, infinity or more than the longest range does.
     """
-    ranges, beams = scan.ranges, scan.geometry.beams
-    seeing = int(np.count_nonzero(ranges >= scan.geometry.range_min))
+    beams = scan.geometry.beams
+    seeing, too_near, negative = counted(np.asarray(scan.ranges, dtype=np.float32), scan.geometry.range_min)
     if seeing < _SEEING * beams:
-        seeing += int(np.count_nonzero(ranges == -np.inf))
+        seeing += too_near
     if seeing < _SEEING * beams:
         return f"the laser sees almost nothing: {seeing} of {beams} beams measure anything"
-    if (ranges < 0).any() and bool(((ranges < 0) & np.isfinite(ranges)).any()):
-        return "the scan has negative ranges"
-    return ""
+    return "the scan has negative ranges" if negative else ""
+
+
+@compiled
+def counted(ranges: NDArray[np.float32], shortest: float) -> tuple[int, int, bool]:
+    """How many readings are at least the shortest range, how many are minus infinity, and whether others are negative.
+
+    Args:
+        ranges: m, shape (n,).
+        shortest: m, in single precision.
+    """
+    negative = (ranges < 0) & np.isfinite(ranges)
+    return int(np.count_nonzero(ranges >= shortest)), int(np.count_nonzero(ranges == -np.inf)), bool(negative.any())
 
 
 def odometry_fault(odometry: Odometry) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from lark import Token
@@ -20,6 +20,7 @@ from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
 from hsm.model.registry import Library
+from hsm.model.values import dataclass
 
 ASSUMED = "--assume"
 """The file that places in further assumptions name; the line is the number of the assumption."""

@@ -12,7 +12,7 @@ entered or left, or one transition is taken. All functions share the names of th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import count
 from typing import Any
 
@@ -35,6 +35,7 @@ from hsm.model.expressions import (
 )
 from hsm.model.messages import Emission, Occurrence
 from hsm.model.types import Integer, Quantity, Type
+from hsm.model.values import dataclass
 
 FEW_PATHS = 16
 """A guard with up to this many paths is decided by nested ``if``s, one with more by adding up its path."""

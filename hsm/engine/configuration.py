@@ -6,7 +6,6 @@ Plans lead from one configuration to the next, and so do the leaves where the se
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from hsm.engine.codegen import Generator
@@ -16,6 +15,7 @@ from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.messages import Occurrence, OutsideInput
 from hsm.model.topology import Topology
+from hsm.model.values import dataclass
 
 CACHE = 4096
 """How many plans, or selectors of events, a configuration caches before it clears them all."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, TypeVar
 
 from hsm.engine.configuration import Leaf, Plan
+from hsm.model.values import dataclass
 
 FORGOTTEN_AFTER = 4096
 """After this many different microsteps, what they have exercised is added up."""

@@ -8,12 +8,12 @@ evaluated, 1: false, 2: true). The generated code marks paths; coverage and expl
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 from hsm.model.chart import Held, Transition, When
 from hsm.model.expressions import Binary, Expression, Literal, Unary
 from hsm.model.types import BOOLEAN
+from hsm.model.values import dataclass
 
 FALSE, TRUE = 1, 2
 

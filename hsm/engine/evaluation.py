@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from hsm.model.expressions import (
@@ -22,6 +22,7 @@ from hsm.model.expressions import (
     VariableValue,
 )
 from hsm.model.types import BOOLEAN
+from hsm.model.values import dataclass
 
 UNSET: Any = object()
 """Represents a signal that was not evaluated yet."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -14,6 +13,7 @@ from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.model.chart import Transition
 from hsm.model.expressions import Binary, Choice, Expression, SignalValue, Unary, VariableValue
 from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
+from hsm.model.values import dataclass
 
 
 class Verdict(Enum):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from enum import Enum
 from types import CodeType, TracebackType
 
 from hsm.model.chart import Action
 from hsm.model.diagnostics import Place
+from hsm.model.values import dataclass
 
 NONE = -1
 """The result of a chain if no transition fires."""

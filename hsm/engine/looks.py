@@ -13,8 +13,10 @@ previous one ended, once steps have come that way a few times.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
+
+from hsm.model.values import dataclass
 
 WARM = 20
 """After this many full steps at a leaf a tree grows there: to make one takes as long."""

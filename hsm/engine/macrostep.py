@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.configuration import Plan
@@ -12,6 +11,7 @@ from hsm.engine.record import Phase, RawRecord, Selection, StepRecord, record_of
 from hsm.model.chart import Action, Model, Transition
 from hsm.model.events import Event, StateEvent
 from hsm.model.messages import Occurrence
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

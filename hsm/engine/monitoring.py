@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Any
 
@@ -26,6 +25,7 @@ from hsm.model.properties import (
     Response,
     conditions_of,
 )
+from hsm.model.values import dataclass
 
 Holds = Callable[[Expression], bool | None]
 """Whether a condition holds after a step; None if it cannot be evaluated."""
@@ -173,7 +173,7 @@ class Monitor:
         looked_at = [index for index in self._all if self._moves(index)] if at_rest else self._all
         if not looked_at:
             return tuple(found)
-        holds, entered = holding(self._supervisor, facts), step.entered
+        holds, entered = holding(self._supervisor, facts), () if at_rest else step.entered
         for index in looked_at:
             one = self._stated[index]
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
 from hsm.engine.codegen import Generator
@@ -17,6 +17,7 @@ from hsm.engine.generated import Block, Occasion
 from hsm.model.chart import Defer, Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
+from hsm.model.values import dataclass
 
 _DONE = ("done",)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.clock import waking
@@ -15,6 +14,7 @@ from hsm.model.events import Event, StateEvent
 from hsm.model.faults import MachineFault
 from hsm.model.messages import Emission, Occurrence, ScxmlEvent, Store
 from hsm.model.topology import Remembered
+from hsm.model.values import dataclass
 
 
 @dataclass(slots=True)

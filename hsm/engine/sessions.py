@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from hsm.engine.compiled import CompiledChart
 from hsm.model.messages import ScxmlEvent
+from hsm.model.values import dataclass
 
 MOST_SESSIONS = 1000
 """At most this many invoked charts may run at once."""

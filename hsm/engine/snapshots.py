@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from typing import Any
 
@@ -20,6 +20,7 @@ from hsm.model.expressions import Expression, Literal
 from hsm.model.messages import Adjustment, Occurrence, ScxmlEvent, Store
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
+from hsm.model.values import dataclass
 
 
 class SnapshotError(ValueError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
@@ -17,6 +17,7 @@ from hsm.engine.snapshots import SavedRun, from_json, to_json
 from hsm.model.events import StateEvent
 from hsm.model.messages import OutsideInput
 from hsm.model.registry import E, F
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ wide that steps rarely take the same path twice.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Any, NoReturn
 
@@ -20,6 +20,7 @@ from hsm.engine.evaluation import all_signals, eager_signals
 from hsm.engine.looks import Found, Interrupted, Known, Look, SlowPath
 from hsm.model.expressions import Active, Expression, Literal, SignalValue, VariableValue
 from hsm.model.messages import OutsideInput
+from hsm.model.values import dataclass
 
 WIDEST = 16
 """One function has at most this many conditions; another one continues."""

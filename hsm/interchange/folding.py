@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hsm.model.chart import Model, State, StateKind
+from hsm.model.values import dataclass
 
 Opened = Callable[[State], bool]
 """Whether the inner states of a state are shown."""

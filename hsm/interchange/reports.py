@@ -7,7 +7,7 @@ and in another thread.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from math import isinf
@@ -27,6 +27,7 @@ from hsm.model.expressions import SignalValue
 from hsm.model.rewriting import expressions_of
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import action_text, activity_text, call_text, trigger_text, value_text
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ machine.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum, StrEnum
 from math import inf
 from typing import Any
@@ -19,6 +19,7 @@ from hsm.model.messages import Occurrence, ScxmlEvent, Store
 from hsm.model.properties import Property
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, EventField, Parameter
 from hsm.model.types import Type
+from hsm.model.values import dataclass
 
 
 class StateKind(Enum):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from hsm.model.diagnostics import Diagnostic, Place, Related, Severity
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from hsm.model.chart import Defer, On
 from hsm.model.messages import Occurrence
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

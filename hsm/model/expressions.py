@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.model.diagnostics import Place
 from hsm.model.registry import SignalDeclaration
 from hsm.model.types import BOOLEAN, Boolean, Type
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

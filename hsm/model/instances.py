@@ -6,7 +6,7 @@ An instance shares its robot and its events with the machine around it; a member
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hsm.model.chart import (
     Action,
@@ -39,6 +39,7 @@ from hsm.model.expressions import (
 from hsm.model.members import Owned
 from hsm.model.properties import Property, with_conditions
 from hsm.model.rewriting import about_signals, with_expressions
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

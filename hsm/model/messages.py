@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
+
+from hsm.model.values import dataclass
 
 STORE = "store"
 """The key under which the signals of a step hold the data of the chart."""

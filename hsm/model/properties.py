@@ -6,10 +6,11 @@ Conditions are evaluated after each step, with the signals of that step.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

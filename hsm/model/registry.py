@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from pathlib import Path
 from typing import (
@@ -37,6 +37,7 @@ from typing import (
 )
 
 from hsm.model.types import Enumeration, Type, type_of
+from hsm.model.values import dataclass
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar as DefaultTypeVar

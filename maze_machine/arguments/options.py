@@ -81,7 +81,7 @@ RecordedRobotOption = Annotated[
     typer.Option(
         "--robot",
         help="Profile of the recorded robot; the laser is always the recorded one. "
-        "Default: the recorded profile, or pico.",
+        "Default: the recorded profile, or that of the project, or pico.",
         autocompletion=complete_profile,
     ),
 ]

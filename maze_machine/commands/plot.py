@@ -34,7 +34,7 @@ def plot(
     Example: `maze-machine plot run.mcap -o run.svg`
     """
     from maze_machine.arguments.files import check_outputs, check_suffix
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.report.run_plot import plotted
     from maze_machine.view.run_plot import save_plot
@@ -44,7 +44,7 @@ def plot(
     file = output or recording.with_suffix(".png")
     check_outputs({"--output": file}, [recording])
     check_suffix("--output", file, FORMATS)
-    profile = load_profile("pico" if robot is None else robot, settings or ())
+    profile = chosen_profile(robot, None, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     body = recorded_profile(recorded, profile if asked else None).robot

@@ -12,14 +12,18 @@ from maze_machine.arguments.options import SettingsOption
 
 def profile(
     name: Annotated[
-        str, typer.Argument(help="A TOML file, or the name of a shipped profile.", autocompletion=complete_profile)
-    ] = "pico",
+        str | None,
+        typer.Argument(
+            help="A TOML file, or the name of a shipped profile. Default: that of the project, or pico.",
+            autocompletion=complete_profile,
+        ),
+    ] = None,
     settings: SettingsOption = None,
 ) -> None:
     """Print a robot profile with every setting, its value and what it means, as a TOML file to start your own from.
 
     Example: `maze-machine profile pico-hardware --set robot.name=pico2 > mine.toml`
     """
-    from maze_machine.catalogue.profile import load_profile, profile_text
+    from maze_machine.catalogue.profile import chosen_profile, profile_text
 
-    print(profile_text(load_profile(name, settings or ())), end="")
+    print(profile_text(chosen_profile(name, None, settings or ())), end="")

@@ -66,7 +66,7 @@ def replay(
     from json import dumps
 
     from maze_machine.arguments.files import check_outputs
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.drive.mission import TickWatcher
     from maze_machine.drive.replay import recorded_mission
     from maze_machine.drive.replay import replay as show_again
@@ -78,7 +78,7 @@ def replay(
     if second is not None and machine is not None:
         raise UsageError("two machines were named", "name one, before the recording or with --machine")
     recording, machine = (Path(first), machine) if second is None else (Path(second), first)
-    profile = load_profile("pico" if robot is None else robot, settings or ())
+    profile = chosen_profile(robot, None, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     if machine is None and Path(recorded.run.get("machine", "")).suffix:

@@ -23,7 +23,7 @@ from maze_machine.arguments.options import (
     StartOption,
     TimeLimitOption,
 )
-from maze_machine.errors import ExitStatus, FileError, UsageError
+from maze_machine.errors import NO_ROOM, ExitStatus, FileError, UsageError
 
 if TYPE_CHECKING:
     from maze_machine.campaign.summary import Row
@@ -114,9 +114,8 @@ def sweep(
         except OSError as error:
             if error.filename is None:
                 raise
-            loss = (
-                f"{error.filename}: {error.strerror}; start the sweep again when there is room, and it continues here"
-            )
+            room = " when there is room" if error.errno in NO_ROOM else ""
+            loss = f"{error.filename}: {error.strerror}; start the sweep again{room}, and it continues here"
     _print(summary(results.records), failures(results.records), json=json)
     if loss:
         raise FileError(loss)

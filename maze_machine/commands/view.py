@@ -69,15 +69,17 @@ def view(
 
     Example: `maze-machine view tcp/127.0.0.1:7448`
     """
+    from maze_machine.catalogue.project import default_robot
+
     if source.partition("/")[0] in SCHEMES and not Path(source).exists():
         if output is not None or foxglove is not None:
             raise UsageError("-o and --foxglove need a recording", "record one with `maze-machine run --record FILE`")
-        view_remote(source, "pico" if robot is None else robot, identity, host, port)
+        view_remote(source, default_robot(robot), identity, host, port)
         return
     from json import dumps
 
     from maze_machine.arguments.files import check_outputs, check_suffix
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.view.foxglove import layout
     from maze_machine.view.page import replay_page
@@ -89,7 +91,7 @@ def view(
     check_outputs({"--output": page, "--foxglove": foxglove}, [recording])
     check_suffix("--output", page, [".html"])
     check_suffix("--foxglove", foxglove, [".json"])
-    profile = load_profile("pico" if robot is None else robot, settings or ())
+    profile = chosen_profile(robot, None, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     body = recorded_profile(recorded, profile if asked else None)

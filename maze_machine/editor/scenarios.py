@@ -11,7 +11,7 @@ from hsm.dsl.format.formatter import indented_lines
 from hsm.dsl.loading import check_text
 from hsm.dsl.lsp import hovering, navigation, vocabulary
 from hsm.dsl.lsp.document import Document
-from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
+from hsm.dsl.lsp.entries import Entry, OpenCall, SymbolKind, fitting
 from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.reporting.report import Report
@@ -134,6 +134,10 @@ class ScenarioDocument:
         if self.lines[line].startswith("test "):
             return hovering.machine_entry(self.machine, word)
         return hovering.named(self.machine, word)
+
+    def open_call(self, line: int, column: int) -> OpenCall | None:
+        """The call around a position, while its brackets are open."""
+        return None if self.machine is None else hovering.open_call(self.machine, self._before(line, column))
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a name is declared: in the machine, or in Python."""

@@ -37,6 +37,11 @@ class Cloud:
     def __len__(self) -> int:
         return int(self.points.shape[1])
 
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats]:
+        """Points, normals and variances."""
+        return self.points, self.normals, self.variances
+
     def seen_from(self, pose: Pose) -> Cloud:
         """The same cloud, given in the robot's frame, in the frame in which the robot is at ``pose``."""
         return Cloud(placed(self.points, pose), turned(self.normals, pose.heading), self.variances)

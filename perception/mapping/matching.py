@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from perception.mapping.cloud import Cloud
@@ -20,6 +21,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.settings import MatchSettings
 from perception.sweep import Floats
 from transport.arithmetic import atan2, cos_sin
+from transport.compiled import compiled
 from transport.messages import Pose
 
 
@@ -59,18 +61,18 @@ class _Pairs:
     """Points of a scan, each with the wall nearest to it.
 
     Attributes:
-        points: in the robot's frame, m, shape (2, n).
-        walls: points on the walls, in the reference's frame, m, shape (2, n).
-        normals: of the walls, shape (2, n).
-        variances: of a point's distance from its wall, m^2, shape (n,).
+        rows: of a pair the point in the robot's frame, the wall's point and its normal in the reference's frame, and
+            the variance of their distance; m and m^2, shape (7, n).
         share: of the scan's points that have a wall.
     """
 
-    points: Floats
-    walls: Floats
-    normals: Floats
-    variances: Floats
+    rows: Floats
     share: float
+
+    @property
+    def variances(self) -> Floats:
+        """Of a point's distance from its wall, m^2, shape (n,)."""
+        return np.asarray(self.rows[6])
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,30 +169,81 @@ def _paired(cloud: Cloud, reference: Reference, pose: Pose, reach: float, settin
     """Each point with its nearest neighbour in the reference, where that lies on a wall that it may be on."""
     points = placed(cloud.points, pose)
     apart, nearest = reference.tree.query(points.T, distance_upper_bound=reach + settings.along)
+    given = pose.x, pose.y, pose.heading, reach, settings.same_way
+    rows = on_walls(cloud.arrays, reference.cloud.arrays, apart, nearest, given)
+    return _Pairs(rows, rows.shape[1] / len(cloud)) if rows.shape[1] >= settings.least_points else None
+
+
+Arrays = tuple[Floats, Floats, Floats]
+"""Points, normals and variances of a cloud."""
+Triple = tuple[float, float, float]
+
+
+@compiled
+def on_walls(
+    scan: Arrays, reference: Arrays, apart: Floats, nearest: NDArray[np.intp], given: tuple[float, ...]
+) -> Floats:
+    """The points of a scan that may be on the wall nearest to them, as rows of `_Pairs`.
+
+    Args:
+        scan: the scan, in the robot's frame.
+        reference: the walls.
+        apart: how far each point is from the nearest one of the reference, m; infinite where none is near.
+        nearest: the number of that one.
+        given: the robot's x, y and heading in the reference's frame, how far a point is off its wall at most, m, and
+            the least cosine between its normal and the wall's.
+    """
+    (points, own, variances), (x, y, heading, reach, same_way) = scan, given
+    pose = Pose(x, y, heading)
     hit = apart < math.inf
-    nearest[~hit] = 0
-    walls, normals = reference.cloud.points[:, nearest], reference.cloud.normals[:, nearest]
-    own = turned(cloud.normals, pose.heading)
-    off = (points[0] - walls[0]) * normals[0] + (points[1] - walls[1]) * normals[1]
-    same = own[0] * normals[0] + own[1] * normals[1] >= settings.same_way
+    walls = np.where(hit, nearest, 0)
+    beside, normals = placed(points, pose) - reference[0][:, walls], reference[1][:, walls]
+    own = turned(own, pose.heading)
+    off = beside[0] * normals[0] + beside[1] * normals[1]
+    same = own[0] * normals[0] + own[1] * normals[1] >= same_way
     good = (hit & same & (np.abs(off) <= reach)).nonzero()[0]
-    if len(good) < settings.least_points:
-        return None
-    variances = cloud.variances[good] + reference.cloud.variances[nearest[good]]
-    return _Pairs(cloud.points[:, good], walls[:, good], normals[:, good], variances, len(good) / len(cloud))
+    walls = walls[good]
+    return np.concatenate(
+        [
+            points[:, good],
+            reference[0][:, walls],
+            reference[1][:, walls],
+            (variances[good] + reference[2][walls])[None],
+        ]
+    )
 
 
 def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings) -> _Equations:
     """The normal equations of pairs at a pose."""
-    points = placed(pairs.points, pose)
-    off = (points[0] - pairs.walls[0]) * pairs.normals[0] + (points[1] - pairs.walls[1]) * pairs.normals[1]
-    ratio = off / np.sqrt(pairs.variances)
+    place = pose.x, pose.y, pose.heading
+    *sums, measured = normal_equations(pairs.rows, place, (scale, settings.correlated))
+    information, gradient = _without_noise_of_normals(Symmetric(*sums[:6]), (sums[6], sums[7], sums[8]), settings.weak)
+    return _Equations(information, gradient, measured)
+
+
+@compiled
+def normal_equations(pairs: Floats, place: Triple, given: tuple[float, float]) -> tuple[float, ...]:
+    """The normal equations of pairs: information, row by row, gradient, and how far apart they are.
+
+    Args:
+        pairs: the rows of `_Pairs`.
+        place: the robot's, in the reference's frame: x, y, heading.
+        given: how many times as far apart as noise makes them pairs are known to be; how many readings err as one.
+
+    Returns:
+        xx, xy, xt, yy, yt and tt of the information, x, y and t of the gradient, in the robot's frame, and how many
+        times as far apart the pairs are as the noise of readings makes them, at least 1.
+    """
+    pose, variances = Pose(*place), pairs[6]
+    beside = placed(pairs[:2], pose) - pairs[2:4]
+    off = beside[0] * pairs[4] + beside[1] * pairs[5]
+    ratio = off / np.sqrt(variances)
     measured = max(1.4826 * _median(np.abs(ratio)), 1.0)
     # Cauchy's weights: a large deviation has a small weight.
-    ratio *= 1.0 / (3.0 * scale)
-    weights = 1.0 / ((1.0 + ratio * ratio) * pairs.variances * (measured * measured * settings.correlated))
-    nx, ny = turned(pairs.normals, -pose.heading)
-    x, y = pairs.points
+    ratio *= 1.0 / (3.0 * given[0])
+    weights = 1.0 / ((1.0 + ratio * ratio) * variances * (measured * measured * given[1]))
+    nx, ny = turned(pairs[4:6], -pose.heading)
+    x, y = pairs[:2]
     rows = np.empty((4, len(weights)))
     rows[0], rows[1], rows[3] = nx, ny, off
     np.subtract(x * ny, y * nx, out=rows[2])
@@ -198,9 +251,7 @@ def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings)
     along_x = np.sum(weighed[0] * rows, axis=1).tolist()
     along_y = np.sum(weighed[1] * rows[1:], axis=1).tolist()
     turn = np.sum(weighed[2] * rows[2:], axis=1).tolist()
-    information = Symmetric(along_x[0], along_x[1], along_x[2], along_y[0], along_y[1], turn[0])
-    information, gradient = _without_noise_of_normals(information, (along_x[3], along_y[2], turn[1]), settings.weak)
-    return _Equations(information, gradient, measured)
+    return (*along_x[:3], *along_y[:2], turn[0], along_x[3], along_y[2], turn[1], measured)
 
 
 def _without_noise_of_normals(

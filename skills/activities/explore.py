@@ -150,7 +150,7 @@ class GoToDoor(OnMap):
         """The next velocity."""
         plan = self._new_plan(facts)
         if plan is not None:
-            away = self.settings.explore.before_door
+            away = plan.settings.before_door
             if self._door is None:
                 self._door = nearest_door(plan, facts.world.untried_doors(), away)
             self._way = way_to(plan, before(self._door, away)) if self._door else ()

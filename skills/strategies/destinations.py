@@ -16,8 +16,6 @@ NEVER = 10_000.0
 """Seconds; the time to where no way leads, so that arithmetic on it stays finite."""
 WITHIN = 0.4
 """A place on the map that the robot cannot be on is replaced by one at most this far away, m."""
-BEFORE_DOOR = 0.6
-"""The robot stops this far before a dead end that may be a door, m."""
 HERE = 3.0
 """Places nearer to each other than this many radii of the robot are one."""
 AWAY = 4.0
@@ -92,8 +90,9 @@ def goal_of(facts: Facts, plan: ShortestWays, destination: Destination) -> Point
             marked = None if world.marked is None else world.marks.places.pose_of(world.marked)
             return None if marked is None else (marked.x, marked.y)
         case Destination.DOOR:
-            door = nearest_door(plan, world.untried_doors(), BEFORE_DOOR)
-            return None if door is None else before(door, BEFORE_DOOR)
+            away = plan.settings.before_door
+            door = nearest_door(plan, world.untried_doors(), away)
+            return None if door is None else before(door, away)
         case Destination.EDGE:
             edges = world.surveyor.ways(facts.robot.radius).edges
             nearest = min(edges, key=lambda edge: edge.frontier.distance, default=None)

@@ -147,7 +147,7 @@ def test_hovering_an_argument_and_a_machine(document):
 def test_a_call_shows_what_it_takes_and_what_is_due(document):
     text = TEXT.replace("do rotate(90 deg)", "do rotate(")
     line, column = at("rotate(")
-    call = open_call(Document(text, "walk.maze-machine", document().library), line, column + 6)
+    call = open_call(Document(text, "walk.maze-machine", document().library), text.splitlines()[line][: column + 6])
     assert (call.name, call.active) == ("rotate", 0)
     assert call.parameters[0].name == "angle"
 
@@ -309,7 +309,7 @@ def test_what_is_meant_is_one_click_away(library):
     text = "machine m\n\ninitial a\n\nstate a\n    do rotat(90 deg)\n    on done -> b\n\nfinal b\n"
     found = check_text(text, library, "m").diagnostics
     document = Document(text, "m", library)
-    edits = actions.all_fixes(document, found)
+    edits = actions.all_fixes(actions.fixes(document, found))
     assert [(one.line, one.column, one.end_column, one.text) for one in edits] == [(5, 7, 12, "rotate")]
     mended = text.replace("rotat(", "rotate(")
     mended = mended.replace("on done ->", "after 1 s ->")

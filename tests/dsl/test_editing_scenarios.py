@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsprotocol import types
 
+from hsm.dsl.lsp import actions
 from hsm.dsl.lsp.navigation import Colour
 from hsm.dsl.lsp.occurrences import Role
 from maze_machine.catalogue.library import robot_names
@@ -143,6 +144,15 @@ def test_a_requirement_is_shown_and_found_where_it_is_covered(required):
     assert made.definition(5, len("property pat")).file.endswith("ring.maze-machine")
     assert [one.column for one in made.colours() if one.line == 2 and one.kind is Colour.KEYWORD] == [0]
     assert [one.column for one in made.colours() if one.line == 5 and one.kind is Colour.KEYWORD] == [0, 17]
+
+
+def test_a_name_that_was_meant_and_a_call_that_is_open(document):
+    edited = document(TEST.replace("expect ringing", "expect ringin"))
+    (fix,) = actions.meant(edited.file, edited.diagnostics())
+    assert (fix.title, fix.certain, fix.edits[0].line) == ("Change to `ringing`", True, 5)
+    call = document(f"{TEST}    expect doing drive(").open_call(len(TEST.splitlines()), 23)
+    assert call is not None
+    assert call.name == "drive"
 
 
 def test_the_machine_of_a_test_is_shown(document):

@@ -64,7 +64,7 @@ def test_the_editor_knows_each_word_of_it(path):
                 assert hovering.hover(document, number, match.start()) is not None, match
         for column in range(0, len(line) + 1, 3):
             completions(document, number, column)
-            hovering.open_call(document, number, column)
+            hovering.open_call(document, line[:column])
     assert navigation.outline(document)
 
 

@@ -145,7 +145,7 @@ def test_nothing_is_overwritten(vacuum):
     assert (vacuum / "drive.py").read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.parametrize("name", ["Vacuum", "9", "a-b", "../x", ""])
+@pytest.mark.parametrize("name", ["Vacuum", "9", "a-b", "../x", "", "and", "door"])
 def test_a_name_that_no_machine_can_have_is_refused(name, tmp_path):
     assert run("new", name, "--folder", tmp_path / "there")[0] == 2
     assert not (tmp_path / "there").exists()
@@ -366,6 +366,12 @@ def test_the_robot_and_the_maze_of_the_project_are_the_defaults(own_robot, tmp_p
     assert default_robot() == str(own_robot / "small.toml")
     assert default_robot("pico") == "pico"
     assert default_robot(near=str(tmp_path / "nowhere.maze-machine")) == str(own_robot / "small.toml")
+
+
+def test_the_profile_of_the_project_is_the_one_to_print(own_robot, monkeypatch):
+    monkeypatch.chdir(own_robot)
+    assert 'name = "small"' in run("profile")[1]
+    assert 'name = "pico"' in run("profile", "pico")[1]
 
 
 def test_constants_are_those_of_the_projects_robot(own_robot):

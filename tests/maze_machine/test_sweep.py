@@ -430,6 +430,14 @@ def test_a_job_that_kills_every_worker_of_a_cluster_is_a_result(cluster):
     assert records["deadly"]["outcome"] == "crashed"
 
 
+def test_columns_that_cannot_be_written_do_not_end_in_advice_about_room(finish, tmp_path):
+    pytest.importorskip("pyarrow")
+    arguments = ["sweep", "--machines", "pledge", "--mazes", "corridor", "--time-limit", 0.2, "--out", "r.jsonl"]
+    status, _, err = finish(*arguments, "--columns", tmp_path)
+    assert (status, err.count("\n")) == (3, 1)
+    assert "Is a directory; start the sweep again, and it continues here" in err
+
+
 def test_a_result_that_is_lost_on_its_way_is_computed_again(cluster, monkeypatch):
     address, scheduler, worker = cluster
     scheduler()

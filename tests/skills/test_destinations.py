@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from perception import Perception
+from perception.mapping import MappingSettings
+from perception.mapping.settings import PlanSettings
 from perception.marks import Direction
+from perception.settings import PerceptionSettings
 from perception.world import DoorPlace
 from skills.activities.explore import Explore
 from skills.activities.go_to import GoTo
@@ -120,6 +123,14 @@ def test_the_way_to_a_door_and_out(trip):
     assert end["known"] == set(Destination)
     assert 2.8 - 0.1 < end["distance"][Destination.WAY_OUT] < 2.8 * SHARE
     assert 1.2 - 0.1 < end["distance"][Destination.DOOR] < 1.2 * SHARE, "in front of it, where the robot can ring"
+
+
+def test_the_way_to_a_door_ends_where_the_settings_say():
+    plan = PlanSettings(before_door=1.0)
+    perception = Perception(PICO, PerceptionSettings(mapping=MappingSettings(plan=plan)))
+    facts = driven(perception, -1.5, -3.5)
+    facts.world.dead_ends = [DoorPlace((3.6, -0.4), (3.6, 0.4))]
+    assert 0.6 - 0.1 < places.way_distance(facts, Destination.DOOR) < 0.6 * SHARE
 
 
 def test_without_a_map_nothing_is_known():

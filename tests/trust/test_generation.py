@@ -316,7 +316,7 @@ def test_a_signal_is_that_of_the_region_that_asks_for_it_whoever_asks_where_no_r
 
 
 def test_an_event_with_much_data_is_tried_within_the_limit_of_steps():
-    """Each event has more combinations of data than are tried: the search stops at its limit, and does not say `all`."""
+    """Each event has more combinations of data than are tried: the search ends at its limit and does not say `all`."""
     lines = ["machine many", *(f"event e{n}(x : int, y : int, z : int, w : int)" for n in range(12)), "var n : int = 0"]
     lines += ["property small : always n < 1000", "state a"]
     lines += [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from hsm.dsl.logic.formulas import (
     Formula,
@@ -24,6 +23,7 @@ from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Related
 from hsm.model.expressions import Expression
 from hsm.model.types import BOOLEAN, Enumeration
+from hsm.model.values import dataclass
 
 _LONGEST_TABLE = 40
 _MOST_GAPS = 4

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from hsm.dsl.logic.formulas import Formula, UndecidedError, case_text, either, formula_of, models, negation
 from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import On, State, StateKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
+from hsm.model.values import dataclass
 
 _MOST_GUARDS = 40
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Set
-from dataclasses import dataclass
 
 from hsm.dsl.logic.formulas import (
     Formula,
@@ -20,6 +19,7 @@ from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import Assign, Model, State, StateKind, Transition, When
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Related
+from hsm.model.values import dataclass
 
 _LONGEST_LOOP = 8
 _MOST_STEPS = 2000

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import groupby
 
 from lark import Token
 
 from hsm.dsl.syntax.parser import parse, tokens_of
 from hsm.model.diagnostics import MachineError
+from hsm.model.values import dataclass
 
 INDENT = 4
 """Spaces by which a block is indented."""

@@ -10,7 +10,6 @@ cannot, but never the reverse.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -19,6 +18,7 @@ from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, S
 from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, Enumeration
 from hsm.model.unparse import expression_text, shown_text
+from hsm.model.values import dataclass
 
 Values: TypeAlias = Mapping[str, bool | float | int]
 """The fixed values of parameters, by name."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from hsm.model.expressions import Binary, Expression, Literal, Unary, VariableValue
 from hsm.model.types import INTEGER, Type
 from hsm.model.unparse import expression_text
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl.lsp.document import Document
@@ -14,9 +13,9 @@ from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.model.diagnostics import Diagnostic, Severity
-from hsm.model.registry import Library
 from hsm.model.types import NUMBER, Quantity
 from hsm.model.unparse import value_text
+from hsm.model.values import dataclass
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
 _MISSING = re.compile(r"add `on ([^`]+?) -> \.\.\.`")
@@ -61,6 +60,15 @@ class Hint:
     text: str
 
 
+def meant(file: str, found: Iterable[Diagnostic]) -> Iterator[Fix]:
+    """The names that were probably meant, for the diagnostics of a file of either language."""
+    for one in found:
+        name, place = _MEANT.search(one.suggestion or ""), one.place
+        if name is not None and place is not None and place.file == file and place.end_line == place.line:
+            edit = Edit(place.line - 1, place.column - 1, place.line - 1, place.end_column - 1, name[1])
+            yield Fix(f"Change to `{name[1]}`", one, (edit,), certain=True)
+
+
 def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
     """Quick fixes for the diagnostics of this file."""
     for one in found:
@@ -68,10 +76,7 @@ def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
             continue
         line, column = one.place.line - 1, one.place.column - 1
         text = document.tree.lines[line] if line < len(document.tree.lines) else ""
-        meant = _MEANT.search(one.suggestion or "")
-        if meant is not None and one.place.end_line == one.place.line:
-            edit = Edit(line, column, line, one.place.end_column - 1, meant[1])
-            yield Fix(f"Change to `{meant[1]}`", one, (edit,), certain=True)
+        yield from meant(document.file, [one])
         missing = _MISSING.fullmatch(one.suggestion or "")
         if missing is not None:
             indentation = " " * (len(text) - len(text.lstrip()))
@@ -99,15 +104,20 @@ def _declarations(document: Document, found: Diagnostic, name: str) -> Iterator[
         end = len(document.tree.lines[heading])
         yield Fix(f"Declare `{written}`", found, (Edit(heading, end, heading, end, f"\n\n{written}"),))
     kind = {"E0202": "signal", "E0204": "activity", "E0205": "action"}.get(found.code)
-    source = library_source(document.library) if kind is not None else None
+    source = library_source(document) if kind is not None else None
     if kind is not None and source is not None:
         file, variable, lines = source
         edit = Edit(lines, 0, lines, 0, _STUBS[kind].format(library=variable, name=name, own=name.replace(".", "_")))
         yield Fix(f"Declare {kind} `{name}` in {Path(file).name}", found, (edit,), file=file)
 
 
-def library_source(library: Library) -> tuple[str, str, int] | None:
-    """The Python code of a library: its file, the library's name in it, its number of lines; None if unavailable."""
+def library_source(document: Document) -> tuple[str, str, int] | None:
+    """The Python code of the author's own library: its file, the library's name in it, its number of lines.
+
+    It lies in the folder of the machine, or below the one around that; packages are none of the author's. None if there
+    is none.
+    """
+    library, around = document.library, Path(document.file).resolve().parent.parent
     declared: list[Callable[..., object]] = [one.function for one in library.signals.values()]
     declared += [one.function for one in library.actions.values()]
     declared += [one.factory for one in library.activities.values()]
@@ -118,7 +128,8 @@ def library_source(library: Library) -> tuple[str, str, int] | None:
         except (TypeError, OSError, UnicodeDecodeError):
             continue
         named = _LIBRARY.search(text)
-        if file is not None and named is not None:
+        own = file is not None and Path(file).resolve().is_relative_to(around) and "site-packages" not in file
+        if file is not None and own and named is not None:
             return file, named[1], text.count("\n")
     return None
 
@@ -137,10 +148,10 @@ _STUBS = {
 }
 
 
-def all_fixes(document: Document, found: Iterable[Diagnostic]) -> tuple[Edit, ...]:
+def all_fixes(possible: Iterable[Fix]) -> tuple[Edit, ...]:
     """The edits of everything that is certain, without two at the same place."""
     edits: dict[tuple[int, int], Edit] = {}
-    for fix in fixes(document, found):
+    for fix in possible:
         if fix.certain:
             for edit in fix.edits:
                 edits.setdefault((edit.line, edit.column), edit)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from hsm.dsl.format.formatter import format_text
 from hsm.dsl.lsp import completion, hovering, navigation
 from hsm.dsl.lsp.document import Document
-from hsm.dsl.lsp.entries import Entry
+from hsm.dsl.lsp.entries import Entry, OpenCall
 from hsm.dsl.lsp.navigation import Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence
 from hsm.dsl.lsp.references import NamingFile
 from hsm.model.diagnostics import MachineError
+from hsm.model.values import dataclass
 
 
 class EditedFile(NamingFile, Protocol):
@@ -29,6 +29,10 @@ class EditedFile(NamingFile, Protocol):
 
     def hover(self, line: int, column: int) -> Entry | None:
         """What is at a position."""
+        ...
+
+    def open_call(self, line: int, column: int) -> OpenCall | None:
+        """The call around a position, while its brackets are open."""
         ...
 
     def definition(self, line: int, column: int) -> Span | None:
@@ -88,6 +92,10 @@ class MachineFile:
     def hover(self, line: int, column: int) -> Entry | None:
         """What is at a position."""
         return hovering.hover(self.machine, line, column)
+
+    def open_call(self, line: int, column: int) -> OpenCall | None:
+        """The call around a position, while its brackets are open."""
+        return hovering.open_call(self.machine, self.machine.before(line, column))
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where the name at a position is declared."""

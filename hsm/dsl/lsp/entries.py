@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import Enum
 
 from hsm.model.registry import Parameter
 from hsm.model.types import Type
+from hsm.model.values import dataclass
 
 
 class SymbolKind(Enum):

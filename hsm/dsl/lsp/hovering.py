@@ -54,9 +54,9 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
     return next((one for one in vocabulary.everything(document) if one.label == here.name and one.kind in kinds), None)
 
 
-def open_call(document: Document, line: int, column: int) -> OpenCall | None:
-    """The call around a position, while its brackets are open."""
-    called = OPEN_CALL.search(document.before(line, column))
+def open_call(document: Document, before: str) -> OpenCall | None:
+    """The call whose brackets are open at the end of the beginning of a line."""
+    called = OPEN_CALL.search(before)
     if called is None:
         return None
     entry = next((one for one in vocabulary.everything(document) if one.label == called[1]), None)

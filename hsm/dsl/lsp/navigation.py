@@ -8,7 +8,6 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Container, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.syntax.parser import tokens_of
+from hsm.model.values import dataclass
 
 _COLOURS = re.compile(
     r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"

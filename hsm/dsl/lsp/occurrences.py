@@ -7,7 +7,7 @@ gets its role from its declaration: in the file first, then in the library.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from enum import Enum
 
 from lark import Token
@@ -16,6 +16,7 @@ from hsm.dsl.semantics.symbols import HISTORY, SymbolTable
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
 from hsm.model.registry import Library
+from hsm.model.values import dataclass
 
 
 class Role(Enum):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl.lsp import completion
@@ -14,6 +13,7 @@ from hsm.dsl.lsp.entries import SymbolKind
 from hsm.dsl.lsp.navigation import OutlineSymbol, block_end, outline
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.syntax.sources import SUFFIX
+from hsm.model.values import dataclass
 
 ADD_STATE = "refactor.rewrite.maze-machine.addState"
 EXTRACT = "refactor.extract.maze-machine.submachine"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import islice
 from pathlib import Path
 from typing import Protocol
@@ -16,6 +16,7 @@ from hsm.dsl.syntax.parser import BlockParser
 from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
+from hsm.model.values import dataclass
 
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import SequenceMatcher, get_close_matches
 from typing import NamedTuple
 
 from hsm.model.codes import CODES, finding
 from hsm.model.diagnostics import Diagnostic, Place, Related
+from hsm.model.values import dataclass
 
 
 class Guess(NamedTuple):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from hsm.model.chart import Model, State, StateKind
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
+from hsm.model.values import dataclass
 
 PSEUDO = (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY)
 """The kinds of pseudostates."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from lark import Token
 
@@ -38,6 +38,7 @@ from hsm.model.diagnostics import Related
 from hsm.model.expressions import Binary, Expression, Literal, Unary
 from hsm.model.registry import Choosy, Parameter
 from hsm.model.types import BOOLEAN
+from hsm.model.values import dataclass
 
 
 @dataclass(slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import cast
 
@@ -27,6 +27,7 @@ from hsm.model.properties import Property
 from hsm.model.registry import Library
 from hsm.model.rewriting import Rewriter, actions_of
 from hsm.model.types import Enumeration
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

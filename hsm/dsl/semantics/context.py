@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
@@ -13,6 +11,7 @@ from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.model.diagnostics import Place
 from hsm.model.registry import Library
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

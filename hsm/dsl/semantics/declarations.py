@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import cast
 
@@ -24,6 +24,7 @@ from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.registry import EventField, Parameter
 from hsm.model.rewriting import parts_of
 from hsm.model.types import Enumeration, Type
+from hsm.model.values import dataclass
 
 _MOST_REPORTERS = 3
 _MOST_HEARD = 8

@@ -8,7 +8,9 @@ diagnostic that only follows from another one.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from hsm.model.values import dataclass
 
 
 @dataclass(slots=True)

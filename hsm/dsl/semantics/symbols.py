@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from lark import Token
 
@@ -13,6 +13,7 @@ from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.model.chart import Model, StateKind
 from hsm.model.diagnostics import Related
+from hsm.model.values import dataclass
 
 HISTORY = {"history": StateKind.SHALLOW_HISTORY, "deep_history": StateKind.DEEP_HISTORY}
 """How the history of a state is named after the state's own name."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
@@ -55,6 +55,7 @@ from hsm.model.types import (
     Type,
 )
 from hsm.model.unparse import value_text
+from hsm.model.values import dataclass
 
 FUNCTIONS = ("abs", "in", "max", "min")
 """The language's own functions."""

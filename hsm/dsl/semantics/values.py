@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum, StrEnum
 
 from hsm.dsl.syntax import ast
@@ -11,6 +10,7 @@ from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
 from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, INTEGER, NUMBER, QUANTITY_NAMES, Boolean, Enumeration, Integer, Quantity, Type
+from hsm.model.values import dataclass
 
 SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
 """The types that are not enumerations, by name."""

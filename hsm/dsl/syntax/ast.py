@@ -6,13 +6,14 @@ The leaves are lark's tokens, which have line and column; a node that spans seve
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
 
 from lark import Token
 
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Place
+from hsm.model.values import dataclass
 
 DEEPEST_EXPRESSION = 64
 """How deep an expression may be nested; even half of that is unreadable."""

@@ -8,11 +8,13 @@ with lark's own loop. A test compares the trees and errors of both.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from sys import intern
 from typing import Any, NamedTuple, TypeAlias
 
 from lark import Lark, Token
+
+from hsm.model.values import dataclass
 
 
 class Reduction(NamedTuple):

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from lark import Lark, Token
+
+from hsm.model.values import dataclass
 
 STATEMENTS = frozenset(
     {

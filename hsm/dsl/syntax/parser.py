@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache, partial
 from importlib.resources import files
 from typing import Any
@@ -22,6 +21,7 @@ from hsm.dsl.syntax.syntax_errors import report_line
 from hsm.dsl.syntax.table_cache import analysed
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
+from hsm.model.values import dataclass
 
 _INDENTED = "this is indented under a line that has no block"
 _MISFIT = "this indentation matches no block"
@@ -308,10 +308,9 @@ class BlockParser:
 
     def parse(self, text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
         """The same result as ``parse``."""
-        text = text.replace("\r\n", "\n")
         if "\t" in text:
             return parse(text, file)
-        lines = tuple(text.split("\n"))
+        lines = tuple(text.replace("\r\n", "\n").split("\n"))
         known, items = {}, list[ast.Item]()
         for first, last in _blocks(lines):
             key = first, "\n".join(lines[first:last])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -20,6 +19,7 @@ from hsm.model.expressions import (
     VariableValue,
 )
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
+from hsm.model.values import dataclass
 
 RESERVED = frozenset({
     "In", "Math", "and", "arguments", "as", "async", "await", "break", "case", "catch", "class", "const",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from xml.parsers import expat
 
 from hsm.model.codes import finding
 from hsm.model.diagnostics import MachineError, Place
+from hsm.model.values import dataclass
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
 

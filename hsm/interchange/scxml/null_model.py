@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from typing import Protocol
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
@@ -15,6 +14,7 @@ from hsm.model.chart import Action, Cancel, Raise, Send
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Active, Binary, Expression, Unary
 from hsm.model.messages import Store
+from hsm.model.values import dataclass
 
 
 class Find(Protocol):

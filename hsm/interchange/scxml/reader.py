@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from hsm.model.chart import (
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
 from hsm.model.topology import Topology
+from hsm.model.values import dataclass
 
 _STATES = ("state", "parallel", "final", "history")
 """Elements without an effect on the states: they are ignored."""

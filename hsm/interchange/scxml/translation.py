@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from hsm.model.chart import Action, Model, On, Raise, State, StateKind, Transition, TransitionKind
 from hsm.model.codes import finding
@@ -13,6 +13,7 @@ from hsm.model.expressions import Active, Binary, Expression, Literal, Unary
 from hsm.model.topology import HISTORY, Topology
 from hsm.model.types import BOOLEAN
 from hsm.model.unparse import expression_text
+from hsm.model.values import dataclass
 
 _WORDS = {"machine", "import", "param", "var", "event", "state", "parallel", "final", "initial", "do", "entry", "exit"}
 _WORDS |= {

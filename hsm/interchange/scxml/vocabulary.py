@@ -7,12 +7,12 @@ namespaces are refused by the reader.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from difflib import get_close_matches
 
 from hsm.interchange.scxml.elements import Element
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
+from hsm.model.values import dataclass
 
 _CONTENT = frozenset({"raise", "if", "foreach", "log", "assign", "script", "send", "cancel"})
 _STATES = frozenset({"state", "parallel", "history", "final"})

@@ -10,7 +10,6 @@ machine asks no signals and runs no actions of a registry; otherwise they are in
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from decimal import Decimal
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
@@ -43,6 +42,7 @@ from hsm.model.expressions import Active, Binary, Expression, Literal
 from hsm.model.topology import HISTORY
 from hsm.model.types import BOOLEAN
 from hsm.model.unparse import activity_text, call_text
+from hsm.model.values import dataclass
 
 OWN = "urn:maze-machine"
 """The namespace for features that SCXML lacks."""

@@ -6,11 +6,12 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 from hsm.engine.coverage import Coverage
 from hsm.model.chart import Model
+from hsm.model.values import dataclass
 from hsm.testing.coverage.items import CoverageItem, ItemKind, points, share
 
 DATA = ".machine-coverage"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
 
@@ -13,6 +12,7 @@ from hsm.model.chart import Model, State, Timed, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import expression_text, trigger_text
+from hsm.model.values import dataclass
 
 
 class ItemKind(Enum):

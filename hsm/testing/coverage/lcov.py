@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
+from hsm.model.values import dataclass
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.items import ItemKind
 

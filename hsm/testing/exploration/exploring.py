@@ -7,7 +7,7 @@ next deadline, and at the deadline. A signal gets a value when a guard first use
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from itertools import islice, product
 from math import prod
@@ -30,6 +30,7 @@ from hsm.model.faults import MachineFault
 from hsm.model.messages import Occurrence
 from hsm.model.registry import ActionDeclaration, SignalDeclaration
 from hsm.model.rewriting import actions_of, expressions_of, parts_of, rewrite_expression
+from hsm.model.values import dataclass
 from hsm.testing.exploration.domains import Domains
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.inputs import NO_WAIT, Input, Wait

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import islice
 from typing import Any
 
@@ -17,6 +17,7 @@ from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Memory, begin, deadline, look
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.properties import conditions_of
+from hsm.model.values import dataclass
 from hsm.testing.exploration.exploring import ExploredMoment, ExploredStep, Explorer
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.inputs import Input, Wait

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from heapq import heappop, heappush
 from itertools import islice
@@ -14,6 +14,7 @@ from hsm.model.chart import Model, On
 from hsm.model.expressions import Expression, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import expression_text
+from hsm.model.values import dataclass
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import AskingRegions, ExploredMoment, ExploredStep, Explorer
 from hsm.testing.generation.distinguishing import distinguishing_steps

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model, StateKind
 from hsm.model.faults import MachineFault
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.replaying import ScenarioRecorder
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus

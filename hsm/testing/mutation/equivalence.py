@@ -14,7 +14,7 @@ fails, and a run begins at its start.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -26,6 +26,7 @@ from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import EventValue, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
+from hsm.model.values import dataclass
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Budget, Graph, deciding, events_of, unsupported

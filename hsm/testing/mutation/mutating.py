@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +15,7 @@ from hsm.model.expressions import Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
 from hsm.model.types import BOOLEAN, Integer, Quantity
 from hsm.model.unparse import action_text, expression_text, value_text
+from hsm.model.values import dataclass
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.feasible import guard_of
 from hsm.testing.mutation.equivalence import Equivalence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hsm.model.chart import ActivityCall, After, Defer, Model, On, State, StateKind, Transition, Variable
 from hsm.model.diagnostics import Place
@@ -13,6 +13,7 @@ from hsm.model.rewriting import Rewriter
 from hsm.model.topology import HISTORY
 from hsm.model.types import BOOLEAN, Enumeration, Quantity
 from hsm.model.unparse import expression_text
+from hsm.model.values import dataclass
 from hsm.testing.coverage.items import transition_text
 
 _BOUNDARIES = {"<": "<=", "<=": "<", ">": ">=", ">=": ">"}

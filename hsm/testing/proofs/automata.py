@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 
 from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.properties import AlwaysHolds, Never, Paced, Precedence, Property, Recurrence, Response
+from hsm.model.values import dataclass
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.points import Point

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf
 
 from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import BOOLEAN, Boolean, Quantity, Type
+from hsm.model.values import dataclass
 from hsm.testing.proofs.diagrams import FALSE
 from hsm.testing.proofs.values import (
     DEAD,

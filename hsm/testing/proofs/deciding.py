@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import islice
 from typing import Any
 
 from hsm.model.expressions import Literal
 from hsm.model.properties import Never, Property, Recurrence, Response
 from hsm.model.types import BOOLEAN
+from hsm.model.values import dataclass
 from hsm.testing.proofs.automata import Automaton
 from hsm.testing.proofs.graph import Budget, Graph
 from hsm.testing.proofs.quotient import Quotient, only_about_places, quotient

@@ -7,7 +7,7 @@ Zones (``zones``) decide later which of these are possible.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import product
 from time import process_time
 from typing import Any
@@ -19,6 +19,7 @@ from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
+from hsm.model.values import dataclass
 from hsm.testing.proofs.assumed import Assumed, Memories, is_deadline
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram

@@ -10,7 +10,7 @@ Source: Aho, Lam, Sethi and Ullman, "Compilers: principles, techniques, and tool
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from hsm.engine.evaluation import BINARY
@@ -21,6 +21,7 @@ from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
 from hsm.model.types import Boolean, Enumeration
+from hsm.model.values import dataclass
 from hsm.testing.proofs.conditions import COMPARISONS
 from hsm.testing.proofs.microsteps import counters
 from hsm.testing.proofs.points import Remembered

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import IntEnum
 
 from hsm.model.events import Event
+from hsm.model.values import dataclass
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.values import Value
 from hsm.testing.proofs.zones import Clock

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from hsm.engine.configuration import Plan
 from hsm.engine.coverage import Coverage
 from hsm.model.chart import Model
+from hsm.model.values import dataclass
 from hsm.testing.coverage.items import points
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 

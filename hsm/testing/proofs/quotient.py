@@ -9,12 +9,13 @@ Source: Kanellakis and Smolka, "CCS expressions, finite state processes, and thr
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hsm.engine.machine import Machine
 from hsm.model.expressions import SignalValue, VariableValue
 from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import parts_of
+from hsm.model.values import dataclass
 from hsm.testing.proofs.automata import Automaton, Memory
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.graph import Edge, Graph, Location

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.model.expressions import Binary, Expression, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.types import Boolean, Enumeration, Integer, Type
+from hsm.model.values import dataclass
 from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at

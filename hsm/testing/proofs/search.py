@@ -8,9 +8,10 @@ once.
 from __future__ import annotations
 
 from collections.abc import Generator, Hashable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from hsm.model.properties import Property
+from hsm.model.values import dataclass
 from hsm.testing.proofs.automata import Automaton, Branch, Memory
 from hsm.testing.proofs.graph import Budget, Edge, Graph
 from hsm.testing.proofs.points import Timer

@@ -10,7 +10,7 @@ Source: Clarke, Grumberg and Peled, "Model checking" (1999), chapter 13 (cone of
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from hsm.model.chart import (
     Action,
@@ -33,6 +33,7 @@ from hsm.model.expressions import Active, Expression, VariableValue
 from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
+from hsm.model.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

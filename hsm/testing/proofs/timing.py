@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from hsm.model.values import dataclass
 
 MARGIN = 10
 """In nanoseconds: the least distance of a time from a deadline that it must not meet."""

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.evaluation import BINARY, UNARY
 from hsm.model.types import Enumeration, Integer, Type
+from hsm.model.values import dataclass
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram, Diagrams
 from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, held, value_at
 

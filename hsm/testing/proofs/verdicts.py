@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from typing import Any
 
@@ -13,6 +13,7 @@ from hsm.model.expressions import VariableValue
 from hsm.model.properties import LONGEST_TICK
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import shown_text
+from hsm.model.values import dataclass
 from hsm.testing.proofs.graph import FREE
 from hsm.testing.proofs.microsteps import counters
 from hsm.testing.scenarios.scenarios import Scenario

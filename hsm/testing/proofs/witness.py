@@ -7,13 +7,13 @@ engine's own monitor reports it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.faults import MachineFault
+from hsm.model.values import dataclass
 from hsm.testing.proofs.automata import Branch
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Edge, Graph

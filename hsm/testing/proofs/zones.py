@@ -9,8 +9,9 @@ automata: semantics, algorithms and tools" (2004).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from operator import ge
+
+from hsm.model.values import dataclass
 
 Clock = int
 """The state whose entry a clock counts from, ``PROMISE``, or that of one time-out alone (``own_clock``)."""

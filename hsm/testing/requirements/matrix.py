@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -12,6 +11,7 @@ from hsm.model.expressions import Active
 from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
+from hsm.model.values import dataclass
 from hsm.testing.proofs.verdicts import NO_FAULT, PropertyVerdict
 from hsm.testing.scenarios.running import ScenarioResult
 from hsm.testing.scenarios.scenarios import Requirement, Suite

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.script import SignalKey
 
 

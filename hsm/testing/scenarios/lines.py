@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -20,6 +20,7 @@ from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.parser import TreeBuilder
 from hsm.model.diagnostics import Place
+from hsm.model.values import dataclass
 
 _WORDS = {
     "_NL": "the end of the line", "NAME": "a name", "NUMBER": "a number", "EQUALS": "`=`", "COMMA": "`,`",

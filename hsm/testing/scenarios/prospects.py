@@ -6,7 +6,6 @@ Nothing is guessed: each event, outcome and time-out is tried on a copy of the r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.explanation import Considered, Verdict, by_transition
@@ -18,6 +17,7 @@ from hsm.model.messages import Occurrence
 from hsm.model.registry import EventField
 from hsm.model.types import Boolean, Enumeration, Integer
 from hsm.model.unparse import expression_text, trigger_text
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.driver import Driver
 
 

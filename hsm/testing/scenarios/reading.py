@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from hsm.model.messages import Adjustment, Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.lines import (
     Performance,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from hsm.engine.explanation import Verdict
@@ -12,6 +12,7 @@ from hsm.model.expressions import Binary, Literal, Unary, VariableValue
 from hsm.model.faults import MachineFault
 from hsm.model.topology import HISTORY
 from hsm.model.types import BOOLEAN, Type
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.inputs import Input
 from hsm.testing.scenarios.scenarios import ConditionHolds, Expectation, ExpectationClause, Scenario, Stimulus, close

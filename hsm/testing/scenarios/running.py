@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
 from hsm.engine.coverage import Coverage
 from hsm.engine.machine import Machine
@@ -12,6 +11,7 @@ from hsm.model.diagnostics import Place
 from hsm.model.faults import MachineFault
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.scenarios import (
     ConditionHolds,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.script import Performed, SignalKey
 
 SignalValues = Mapping[str | SignalKey, Any]

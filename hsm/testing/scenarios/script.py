@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum
 from functools import partial
 from typing import Any, Protocol
@@ -14,6 +14,7 @@ from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Outcome, SignalDeclaration
 from hsm.model.rewriting import Rewriter
 from hsm.model.types import Boolean, Enumeration, Integer
+from hsm.model.values import dataclass
 
 FAULT = "fault"
 """A pseudo-outcome: the activity raises an exception."""

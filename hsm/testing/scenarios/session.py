@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import groupby, repeat
 from typing import Any
 
@@ -16,6 +16,7 @@ from hsm.model.faults import MachineFault
 from hsm.model.registry import Library
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.breaks import transitions_of_line
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.prospects import Prospect, prospects

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl import load_model
@@ -11,6 +10,7 @@ from hsm.dsl.reporting.report import Report
 from hsm.engine.machine import Machine
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
+from hsm.model.values import dataclass
 from hsm.testing.scenarios.reading import SUFFIX, heading_place, read_suite, tested_machine
 from hsm.testing.scenarios.scenarios import Suite
 

@@ -79,16 +79,16 @@ function hearTests(api) {
   return heard;
 }
 
-/** The exit code of the command that checks a machine. */
-async function checked(name) {
-  const ended = new Promise((resolve) => {
+/** The exit code of a command on a machine: check, test or run. */
+async function ended(command, name) {
+  const code = new Promise((resolve) => {
     const heard = vscode.tasks.onDidEndTaskProcess((event) => {
       heard.dispose();
       resolve(event.exitCode);
     });
   });
-  await vscode.commands.executeCommand("maze-machine.check", at(name).fsPath);
-  return ended;
+  await vscode.commands.executeCommand(`maze-machine.${command}`, at(name).fsPath);
+  return code;
 }
 
 /** What debug adapters say, and a wait for their first stop. */
@@ -316,7 +316,22 @@ const steps = {
     for (const name of ["check", "run", "test", "simulate", "diagram", "sample", "install", "choosePath", "watch", "logLevel"]) {
       assert.ok(all.includes(`maze-machine.${name}`), name);
     }
-    assert.equal(await checked("patrol.maze-machine"), 0);
+    assert.equal(await ended("check", "patrol.maze-machine"), 0);
+    assert.equal(await ended("test", "patrol.maze-machine"), 0);
+    // A run that its time limit ends has not reached its goal.
+    const more = ["--maze", "corridor", "--time-limit", "1", "--no-picture"];
+    const settings = vscode.workspace.getConfiguration("maze-machine");
+    await settings.update("run.arguments", more, vscode.ConfigurationTarget.Global);
+    assert.equal(await ended("run", "patrol.maze-machine"), 1);
+    await settings.update("run.arguments", undefined, vscode.ConfigurationTarget.Global);
+    await vscode.commands.executeCommand("maze-machine.simulate", at("patrol.maze-machine").fsPath);
+    const terminal = await until(
+      () => vscode.window.terminals.find((one) => one.name === "simulate patrol.maze-machine"),
+      "the terminal of the simulation",
+    );
+    terminal.sendText("after 1 s");
+    terminal.sendText("quit");
+    assert.equal((await until(() => terminal.exitStatus, "the end of the simulation")).code, 0);
     await vscode.commands.executeCommand("maze-machine.sample", at("copy"));
     assert.ok(existsSync(at("copy/patrol.maze-test").fsPath));
   },
@@ -446,7 +461,7 @@ const steps = {
     await vscode.commands.executeCommand("testing.runAll");
     await until(() => heard.ended, "the end of the run");
     assert.deepEqual(heard.passed, ["one"], JSON.stringify(heard.failed));
-    assert.equal(await checked("own.maze-machine"), 0);
+    assert.equal(await ended("check", "own.maze-machine"), 0);
     const stopped = stops();
     const program = at("own.maze-machine").fsPath;
     assert.ok(await vscode.debug.startDebugging(undefined, { type: "maze-machine", request: "launch", name: "t", program }));

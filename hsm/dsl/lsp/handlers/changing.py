@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidParams
 
@@ -49,15 +51,20 @@ def add(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(CODE_ACTIONS))
     def act(params: types.CodeActionParams) -> list[types.CodeAction]:
         uri = params.text_document.uri
-        document = server.document(uri)
-        found, lines = server.documents.diagnostics(document.file), document.tree.lines
+        document, other = server.document(uri), server.other(uri)
+        if other is None:
+            found, lines = server.documents.diagnostics(document.file), document.lines
+            fixes = partial(actions.fixes, document)
+        else:
+            found, lines = tuple(other.diagnostics()), other.lines
+            fixes = partial(actions.meant, other.file)
         asked = params.context.only
         offered: list[types.CodeAction] = []
         if asked is None or any(types.CodeActionKind.QuickFix.value.startswith(str(one)) for one in asked):
             first, last = params.range.start.line, params.range.end.line
             near = [one for one in found if one.place is not None and first <= one.place.line - 1 <= last]
-            offered += [protocol.code_action(one, uri, document.file, lines) for one in actions.fixes(document, near)]
-        edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(document, found)]
+            offered += [protocol.code_action(one, uri, document.file, lines) for one in fixes(near)]
+        edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(fixes(found))]
         if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
             change = types.WorkspaceEdit(changes={uri: edits})
             offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from hsm.dsl.lsp import hovering, protocol
+from hsm.dsl.lsp import protocol
 from hsm.dsl.lsp.machine_server import MachineServer
 
 
@@ -23,8 +23,8 @@ def add(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_SIGNATURE_HELP, types.SignatureHelpOptions(["(", ","]))
     def signature(params: types.SignatureHelpParams) -> types.SignatureHelp | None:
-        document = server.document(params.text_document.uri)
-        call = hovering.open_call(document, *protocol.characters(params.position, document.lines))
+        file = server.file(params.text_document.uri)
+        call = file.open_call(*protocol.characters(params.position, file.lines))
         return None if call is None else protocol.signature_help(call)
 
     @server.feature(types.TEXT_DOCUMENT_HOVER)

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from hsm.interchange.scxml.datamodel.expressions import (
@@ -21,6 +21,7 @@ from hsm.interchange.scxml.datamodel.tokens import LONGEST_EXPRESSION, InvalidEx
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Cancel, Send
 from hsm.model.messages import STORE, ScxmlEvent, Store
+from hsm.model.values import dataclass
 
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Protocol
 
 from hsm.interchange.scxml.datamodel.content import BlockContext, Builder, Step, run_block
@@ -14,6 +14,7 @@ from hsm.model.expressions import Computed
 from hsm.model.messages import STORE, Store
 from hsm.model.registry import SignalDeclaration
 from hsm.model.types import BOOLEAN
+from hsm.model.values import dataclass
 
 DATA_MODELS = ("ecmascript", "python")
 """The names of data models with this subset."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+
+from hsm.model.values import dataclass
 
 
 class InvalidExpressionError(ValueError):

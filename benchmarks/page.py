@@ -1,14 +1,18 @@
 """What the page of a run costs: its size without data, the first picture, a redraw, in headless Chromium.
 
 A run of pledge is repeated until it has enough ticks, so the path is drawn several times over. Use a quiet machine.
+``--hours`` measures something else: what a live page and its server keep in memory while hours of ticks pass.
 
-Run as ``python -P benchmarks/page.py --ticks 8000``.
+Run as ``python -P benchmarks/page.py --ticks 8000`` or ``python -P benchmarks/page.py --hours 2``.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
+import json
 import shutil
+from functools import partial
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -22,6 +26,7 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.report.pages import ShownRun, run_head
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.drawings import Drawings
+from maze_machine.view.live import LivePage
 from maze_machine.view.page import Frame, live_page, replay_page
 from transport.description import RobotDescription
 from transport.world import LockstepRobot
@@ -45,11 +50,42 @@ def recorded(ticks: int) -> tuple[dict[str, Any], list[Frame]]:
     )
 
 
+def remember(hours: float) -> None:
+    """Print what a live page and its server keep while ticks pass as fast as the page takes them."""
+    head, frames = recorded(round(SECONDS * 10))
+    ticks, period = round(hours * 36_000), round(head["period"] * 1e9)
+    with (
+        LivePage({**head, "drawings": {}}, drawn=head["drawings"].__getitem__) as served,
+        sync_playwright() as playwright,
+    ):
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 800}, bypass_csp=True)
+        page.goto(served.address)
+        inspected = page.context.new_cdp_session(page)
+        for tick in range(ticks):
+            # Through JSON, since a real run shares no values between ticks.
+            text = json.dumps({**frames[tick % len(frames)], "tick": tick, "stamp": tick * period})
+            served.publish(partial(json.loads, text))
+            if (tick + 1) % (ticks // 12) == 0:
+                page.wait_for_function(f"store.frames.length && store.frames[store.frames.length - 1].tick === {tick}")
+                inspected.send("HeapProfiler.collectGarbage")
+                heap = inspected.send("Runtime.getHeapUsage")["usedSize"] / 1e6
+                gc.collect()
+                resident = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * 4096 / 1e6
+                print(f"{(tick + 1) / 36_000:5.2f} h   page {heap:6.1f} MB   server {resident:6.1f} MB", flush=True)
+        browser.close()
+
+
 def main() -> None:
     """Measure, and print the figures."""
     parser = argparse.ArgumentParser(description="What the page of a run costs.")
     parser.add_argument("--ticks", type=int, default=8000)
-    ticks = parser.parse_args().ticks
+    parser.add_argument("--hours", type=float)
+    asked = parser.parse_args()
+    if asked.hours is not None:
+        remember(asked.hours)
+        return
+    ticks = asked.ticks
     head, frames = recorded(ticks)
     empty = {**head, "drawings": {}, "sources": {}, "model": None, "scene": None}
     print(f"page without data    {len(live_page(empty, '')) / 1000:8.0f} kB")
@@ -59,9 +95,11 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         began = perf_counter()
-        page.goto(file.as_uri())
+        page.goto(file.as_uri(), wait_until="commit")
         page.wait_for_selector("body[data-shown]")
         print(f"first picture        {perf_counter() - began:8.2f} s")
+        page.wait_for_selector("body[data-ready]")
+        print(f"all ticks            {perf_counter() - began:8.2f} s")
         for part in (0.1, 0.5, 1.0):
             last = round(part * ticks) - 1
             page.evaluate(f"app.redraw({last - REDRAWS})")

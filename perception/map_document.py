@@ -22,6 +22,8 @@ LARGEST = 64 * 1024 * 1024
 """A larger file is refused, bytes."""
 FARTHEST = 1e5
 """No place is farther from the origin of the map, m."""
+FINEST = 1e-6
+"""No point is known better than this, m."""
 MOST_CELLS = 4_000_000
 """The grid has no more cells than this."""
 AROUND = 10.0
@@ -95,7 +97,7 @@ class KeyframePart(_Part):
 
     pose: Placed
     points: Annotated[
-        tuple[tuple[Number, Number, Number, Annotated[float, Field(gt=0, le=10.0, allow_inf_nan=False)]], ...],
+        tuple[tuple[Number, Number, Number, Annotated[float, Field(ge=FINEST, le=10.0, allow_inf_nan=False)]], ...],
         Field(max_length=20_000),
     ]
 
@@ -180,6 +182,8 @@ def read_map(path: Path) -> MapDocument:
         MapError: it is not a map, of another version, damaged or too large.
         OSError: it cannot be read.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise MapError(f"{path} is not a regular file")  # a named pipe would wait for its writer
     with path.open("rb") as file:
         content = file.read(LARGEST + 1)
     if len(content) > LARGEST:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from perception.map_document import (
+    FINEST,
     FORMAT,
     FREE,
     UNKNOWN,
@@ -104,7 +105,7 @@ def _keyframe(pose: Pose, cloud: Cloud) -> KeyframePart:
         cloud.points[0].round(PLACES),
         cloud.points[1].round(PLACES),
         towards,
-        np.sqrt(cloud.variances).round(ANGLES),
+        np.maximum(np.sqrt(cloud.variances).round(ANGLES), FINEST),
     )
     rows = zip(*((column + 0.0).tolist() for column in columns), strict=True)
     return KeyframePart(pose=_placed(pose), points=tuple(rows))

@@ -419,6 +419,20 @@ def link_stopped(facts: Facts) -> bool:
     return facts.observation.link.stopped
 
 
+@LIBRARY.signal("navigation.distance")
+def navigation_distance(facts: Facts) -> Length:
+    """What is left of the path of the robot's own navigation, as its feedback says; 1000 m where it says nothing."""
+    news = facts.observation.navigation
+    return FAR if news is None or news.distance is None else min(news.distance, FAR)
+
+
+@LIBRARY.signal("navigation.recoveries")
+def navigation_recoveries(facts: Facts) -> int:
+    """How often the robot's own navigation has tried to get free again on the way to the current goal."""
+    news = facts.observation.navigation
+    return 0 if news is None else news.recoveries
+
+
 LIBRARY.event("blinded", "the base was stopped because scan or odometry is too old or was refused; see link.blind")
 LIBRARY.event("lost", "the robot no longer knows where it is on its map; see place.lost")
 LIBRARY.event("found", "the robot that was lost knows again where it is on its map; see place.known")

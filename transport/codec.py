@@ -117,7 +117,12 @@ def encode_message(message: object, name: str) -> bytes:
     return bytes(TYPES.serialize_cdr(message, name))
 
 
-def _decode(payload: bytes, name: str) -> Any:
+def decode_message(payload: bytes, name: str) -> Any:
+    """A message of a type from CDR.
+
+    Raises:
+        CodecError: the payload is not such a message.
+    """
     try:
         return TYPES.deserialize_cdr(payload, name)
     except Exception as error:
@@ -211,7 +216,7 @@ def decode_scan(payload: bytes) -> Scan:
             ranges = np.frombuffer(payload, dtype=np.float32, count=geometry.beams, offset=_SCAN.size)
             _, seconds, rest = _STAMP.unpack_from(payload)
             return Scan(seconds * NANOSECONDS + rest, geometry, ranges)
-    message = _decode(payload, LASER_SCAN)
+    message = decode_message(payload, LASER_SCAN)
     geometry = ScanGeometry(
         len(message.ranges), message.angle_min, message.angle_increment, message.range_min, message.range_max
     )
@@ -236,7 +241,7 @@ def decode_odometry(payload: bytes) -> Odometry:
     if payload[:4] == _LITTLE_ENDIAN and payload[12:44] == _ODOMETRY_FRAMES and len(payload) == _ODOMETRY.size:
         _, seconds, rest, _, _, _, _, x, y, _, _, _, qz, qw, *twist = _ODOMETRY.unpack(payload)
         return Odometry(seconds * NANOSECONDS + rest, x, y, qz, qw, Twist(twist[0], twist[1], twist[5]))
-    message = _decode(payload, ODOMETRY)
+    message = decode_message(payload, ODOMETRY)
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
     return Odometry(
@@ -263,7 +268,7 @@ def decode_twist(payload: bytes) -> Twist:
     if payload[:4] == _LITTLE_ENDIAN and len(payload) == _TWIST.size:
         _, forward, left, _, _, _, turn = _TWIST.unpack(payload)
         return Twist(forward, left, turn)
-    message = _decode(payload, TWIST)
+    message = decode_message(payload, TWIST)
     return Twist(float(message.linear.x), float(message.linear.y), float(message.angular.z))
 
 
@@ -280,7 +285,7 @@ def decode_twist_stamped(payload: bytes) -> Twist:
     Raises:
         CodecError: the payload is not such a message.
     """
-    twist = _decode(payload, TWIST_STAMPED).twist
+    twist = decode_message(payload, TWIST_STAMPED).twist
     return Twist(float(twist.linear.x), float(twist.linear.y), float(twist.angular.z))
 
 
@@ -295,7 +300,7 @@ def decode_clock(payload: bytes) -> int:
     Raises:
         CodecError: the payload is not such a message.
     """
-    return _stamp(_decode(payload, CLOCK).clock)
+    return _stamp(decode_message(payload, CLOCK).clock)
 
 
 def encode_door_reply(reply: DoorReply) -> bytes:
@@ -309,7 +314,7 @@ def decode_door_reply(payload: bytes) -> DoorReply:
     Raises:
         CodecError: the payload is not such a message.
     """
-    message = _decode(payload, TRIGGER_RESPONSE)
+    message = decode_message(payload, TRIGGER_RESPONSE)
     return DoorReply(bool(message.success), str(message.message))
 
 
@@ -324,7 +329,7 @@ def decode_text(payload: bytes) -> str:
     Raises:
         CodecError: the payload is not such a message.
     """
-    return str(_decode(payload, STRING).data)
+    return str(decode_message(payload, STRING).data)
 
 
 def encode_empty() -> bytes:
@@ -355,7 +360,7 @@ def decode_transforms(payload: bytes) -> tuple[Transform, ...]:
         CodecError: the payload is not such a message.
     """
     found = []
-    for one in _decode(payload, TRANSFORMS).transforms:
+    for one in decode_message(payload, TRANSFORMS).transforms:
         place, turn = one.transform.translation, one.transform.rotation
         if max(abs(turn.x), abs(turn.y)) < _UPRIGHT:
             names = str(one.header.frame_id), str(one.child_frame_id)
@@ -369,7 +374,7 @@ def frame_of(payload: bytes, name: str) -> str:
     Raises:
         CodecError: the payload is not such a message.
     """
-    return str(_decode(payload, name).header.frame_id)
+    return str(decode_message(payload, name).header.frame_id)
 
 
 def child_frame_of(payload: bytes) -> str:
@@ -378,7 +383,7 @@ def child_frame_of(payload: bytes) -> str:
     Raises:
         CodecError: the payload is not such a message.
     """
-    return str(_decode(payload, ODOMETRY).child_frame_id)
+    return str(decode_message(payload, ODOMETRY).child_frame_id)
 
 
 def type_hash(name: str) -> str:

@@ -165,11 +165,15 @@ class Navigation:
         goal: the pose to be reached, in the navigation's map.
         state: ``asked``, ``driving``, ``arrived``, ``failed``, or ``missing`` where nobody navigates.
         reason: why it failed or is missing.
+        distance: what is left of its path, m; None until it says.
+        recoveries: how often it has tried to get free again.
     """
 
     goal: Pose
     state: Literal["asked", "driving", "arrived", "failed", "missing"] = "asked"
     reason: str = ""
+    distance: float | None = None
+    recoveries: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
-from hsm.interchange.drawing import DrawingError, drawn
+from hsm.interchange.dot import DotGraph
+from hsm.interchange.drawing import DrawingError, drawn, installed
 from hsm.interchange.folding import Excerpt, Opened, everything, excerpt
 from hsm.model.chart import Model, State, StateKind, Timed, Transition
 from hsm.model.topology import HISTORY, Topology
@@ -131,6 +132,10 @@ class DiagramError(Exception):
     """A diagram that cannot be drawn; the message says why and what to do."""
 
 
+class NoGraphvizError(DiagramError):
+    """Graphviz is not installed."""
+
+
 _AS_IT_IS = Look()
 
 
@@ -146,8 +151,8 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
         look: how it is drawn.
 
     Raises:
-        DiagramError: there is no such form or state, Graphviz is not installed, or the states are nested too deep to be
-            drawn.
+        DiagramError: there is no such form or state, Graphviz is not installed (``dot`` and ``mmd`` do without), or the
+            states are nested too deep to be drawn.
     """
     if form not in FORMATS:
         raise DiagramError(f"a diagram is written as {', '.join(FORMATS)}, not as `{form}`")
@@ -160,15 +165,11 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
         raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")
     if form == "mmd":
         return _mermaid(part, look).encode()
-    try:
-        graph = _Picture(part, look).get_graph()
-    except (ImportError, AttributeError) as error:  # `transitions` leaves the module out where it is not installed
-        raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
-    text = str(graph.to_string())
-    if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not check the result
-        raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
+    text: str = _Picture(part, look).fsm_graph.to_string()
     if form == "dot":
         return text.encode()
+    if not installed():
+        raise NoGraphvizError("this needs pygraphviz: install maze-machine[diagrams], or write a .dot or .mmd")
     try:
         return drawn(text, form)
     except DrawingError as error:
@@ -334,10 +335,8 @@ class _Picture(NestedGraph):
         self._fills = look.fills
         self._theme = theme = THEMES[look.theme]
         self._inks = dict(zip(sorted({one.source for one in model.transitions}), cycle(theme.inks), strict=False))
-        attributes = {
-            "directed": True,
-            "strict": False,
-            "compound": True,
+        self._attributes = {
+            "compound": "true",
             "rankdir": "TB",
             "bgcolor": "transparent" if look.transparent else theme.paper,
             "fontname": _FONT,
@@ -345,13 +344,17 @@ class _Picture(NestedGraph):
             "nodesep": "0.25",
             "ranksep": "0.35",
         }
-        config = _config(part, look, r"\l".join, str)
-        super().__init__(_adapter(model, config, _styles(theme), attributes))
+        self._config = _config(part, look, r"\l".join, str)
+        super().__init__(_adapter(model, self._config, _styles(theme), self._attributes))
 
     def generate(self) -> None:
         """Draw states and transitions, then the parts that ``transitions`` does not support."""
-        super().generate()
-        graph = self.fsm_graph
+        graph = self.fsm_graph = DotGraph(**self._attributes)
+        styles = _styles(self._theme)
+        graph.node_attr.update(styles["node"]["default"])
+        graph.edge_attr.update(styles["edge"]["default"])
+        self._add_nodes(self._config["states"], graph)
+        self._add_edges(None, graph)
         graph.node_attr.update(fontname=_FONT, fontsize="11", margin="0.12,0.06", fontcolor=self._theme.text)
         graph.edge_attr.update(fontname=_FONT, fontsize="11", arrowsize="0.7")
         for state in self._model.states[1:]:
@@ -447,7 +450,7 @@ class _Picture(NestedGraph):
         """An arrow to a state with states in it ends at its border."""
         return {"lhead": f"cluster_{_path(self._model, index)}"} if self._model.states[index].children else {}
 
-    def _colour(self, graph: Any) -> None:
+    def _colour(self, graph: DotGraph) -> None:
         compounds = {
             f"cluster_{_path(self._model, state.index)}": state for state in self._model.states if state.children
         }

@@ -14,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from importlib.util import find_spec
 from threading import Lock, Timer
 from typing import IO, Any
 
@@ -96,6 +97,11 @@ class _Drawer:
 
 
 _DRAWER = _Drawer()
+
+
+def installed() -> bool:
+    """Whether Graphviz is here, with its interface for Python."""
+    return find_spec("pygraphviz") is not None
 
 
 def drawn(text: str, form: str) -> bytes:

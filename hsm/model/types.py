@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from enum import StrEnum
 from fractions import Fraction
 from math import copysign, inf
@@ -135,7 +135,10 @@ def si_value(number: str, unit: Unit | None = None) -> float:
         ValueError: it is not a decimal number.
     """
     nearest = float(number)
-    exact = Decimal(number)
+    try:
+        exact = Decimal(number)
+    except InvalidOperation:  # an exponent that is too large for a decimal number, and for a float too
+        return nearest
     # Far outside the range of floats the exponent alone would make an enormous fraction.
     if unit is None or unit.scale == 1 or not exact or abs(exact.adjusted()) > _FAR:
         return nearest

@@ -6,6 +6,8 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
+from hsm.dsl.syntax.lexer import RESERVED
+from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.errors import FileError, UsageError
 from transport.files import write_text
 
@@ -48,11 +50,13 @@ def make_project(name: str, folder: Path, *, robot: bool = False) -> list[Path]:
         The files that were written.
 
     Raises:
-        UsageError: the name is not a valid machine name. FileError: one of the files exists already, or cannot be
-            written; nothing is overwritten.
+        UsageError: no machine can have the name, or a shipped one has it.
+        FileError: one of the files exists already, or cannot be written; nothing is overwritten.
     """
-    if not _NAME.fullmatch(name):
+    if not _NAME.fullmatch(name) or name in RESERVED:
         raise UsageError(f"`{name}` cannot name a machine", "use lower-case letters, digits and underscores: my_robot")
+    if name in shipped_machines():
+        raise UsageError(f"`{name}` names a machine that comes with the program", "choose another name")
     words = {"@NAME@": name, "@PACKAGE@": f"{name}_robot"}
     places = _ROBOT if robot else _PROJECT
     texts = {folder / _filled(place, words): _filled(_text(source), words) for source, place in places.items()}

@@ -103,13 +103,12 @@ def _on_page(
     openings: Openings, operated: OperatedRun, head: dict[str, Any], drawings: Drawings
 ) -> Iterator[TickWatcher]:
     from maze_machine.report.pages import ShownRun
-    from maze_machine.view.drawings import drawable
     from maze_machine.view.live import SimulatedTime
 
     page = served(
         openings.host,
         openings.port,
-        {**head, "undrawn": drawable(drawings)},
+        head,
         operate=operated.answer,
         drawn=drawings.drawn,
         simulation=lambda: SimulatedTime(operated.pausable, operated.paused),

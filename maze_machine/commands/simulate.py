@@ -88,12 +88,12 @@ def _on_page(
     """Try a machine on a page until nobody shows it any more."""
     from maze_machine.commands.opened_run import announce, linger, served
     from maze_machine.report.tried import TriedMachine, tried_head
-    from maze_machine.view.drawings import Drawings, drawable
+    from maze_machine.view.drawings import Drawings
     from maze_machine.view.live import Feed
 
     drawings, feed = Drawings(machine), Feed()
     tried = TriedMachine(machine, library, parameters, feed.publish)
-    head = {**tried_head(machine, parameters), "undrawn": drawable(drawings)}
+    head = tried_head(machine, parameters)
     with served(host, port, head, operate=tried.answer, drawn=drawings.drawn, feed=feed) as page:
         announce(page)
         page.seen.wait()

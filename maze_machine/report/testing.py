@@ -120,6 +120,8 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         lines.append(f"  {verdict}")
         if verdict.counterexample is not None:
             lines += [f"      {line}" for line in writer.scenario(verdict.counterexample)]
+    if examined.passing:
+        lines.append(f"  no step ends in {', '.join(examined.passing)}")
     failed = sum(not one.passed for one in results)
     enough_known = all(one.meets(demand.required) for one in verdicts)
     unmet = [one.name for one in verdicts if not one.meets(demand.required) and not one.violated]
@@ -147,6 +149,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         "properties": [_verdict_json(one, writer) for one in verdicts],
         "coverage": round(share, 2) if results else 0.0,
         "unreachable": left_out,
+        "passing": list(examined.passing),
         "missed": [line for one in measured for line in missed_lines(one)],
     }
     if required is not None:

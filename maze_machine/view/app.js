@@ -1,9 +1,11 @@
 // Ties the parts together: what is shown when, how it plays, keys, the address of a moment.
 const app = (() => {
   let at = 0, playing = false, following = DATA.live, stale = true, last = 0, due = 0, spent = 0;
+  let wished = null;  // the moment in the address, until its tick has come
 
   function dirty() { stale = true; }
   function seek(index, follow = false) {
+    wished = null;
     at = Math.max(0, Math.min(store.frames.length - 1, index));
     following = follow && DATA.live;
     if (!playing && !following) remember();
@@ -16,11 +18,12 @@ const app = (() => {
   }
   function play(on) {
     playing = on;
-    if (on && at >= store.frames.length - 1 && !controls.running()) at = 0;
+    if (on && at >= store.frames.length - 1 && !growing()) at = 0;
     if (on && controls.running()) following = true;
     label();
     stale = true;
   }
+  function growing() { return controls.running() || !store.complete; }
   function label() {
     const moving = following ? true : playing;
     element("play").textContent = moving ? "Pause" : "Play";
@@ -37,11 +40,16 @@ const app = (() => {
     if (found !== undefined) { play(false); seek(found); }
   }
 
+  let dropped = 0;
+  function forget() {  // the oldest frames are gone
+    if (store.dropped === dropped) return;
+    at = Math.max(0, at - (store.dropped - dropped)); dropped = store.dropped;
+    plan.restart(); lanes.restart();
+  }
   function take(frames) {
-    const before = store.dropped, restarts = store.restarts, first = !store.frames.length;
+    const restarts = store.restarts, first = !store.frames.length;
     for (const one of frames) store.add(one);
-    const lost = store.dropped - before;
-    if (lost) { at = Math.max(0, at - lost); plan.restart(); lanes.restart(); }
+    forget();
     if (store.restarts !== restarts) { at = Math.min(at, store.frames.length - 1); plan.restart(); lanes.restart(); }
     if (first) { controls.came(); moment(); }
     if (following) at = store.frames.length - 1;
@@ -51,8 +59,20 @@ const app = (() => {
 
   function moment() {
     const found = /#t=([\d.]+)/.exec(location.hash);
-    if (found && store.frames.length) { following = false; play(false); seek(store.index(Number(found[1]))); return true; }
-    return false;
+    if (!found || !store.frames.length) return;
+    following = false; play(false);
+    wished = Number(found[1]);
+    wish();
+  }
+  function wish() {
+    if (wished === null) return;
+    if (store.complete || store.time(store.frames.length - 1) > wished) seek(store.index(wished));
+  }
+  function grown() {  // more of a recording is there
+    if (!store.frames.length) return;
+    forget();
+    if (wished === null && !document.body.dataset.shown) moment(); else wish();
+    stale = true;
   }
 
   function draw() {
@@ -82,7 +102,7 @@ const app = (() => {
       const steps = Math.floor(due);
       due -= steps;
       if (steps && at < store.frames.length - 1) { at = Math.min(at + steps, store.frames.length - 1); stale = true; }
-      else if (at >= store.frames.length - 1 && !controls.running()) play(false);
+      else if (at >= store.frames.length - 1 && !growing()) play(false);
     } else due = 0;
     last = now;
     if (stale) { stale = false; draw(); }
@@ -128,12 +148,11 @@ const app = (() => {
     dark.addEventListener("change", () => { readColours(); plan.restart(); lanes.recolour(); dirty(); });
     trial.begin();
     controls.begin();
-    await packedFrames();
-    if (!moment() && store.frames.length) { seek(0); }
-    element("seen-label").hidden = !store.frames.some((one) => one.sights) && !DATA.live;
     element("speed").closest("label").hidden = DATA.live && !head.trial;
-    document.body.dataset.ready = "yes";
     requestAnimationFrame(beat);
+    if (!DATA.live) await packedFrames(grown);
+    element("seen-label").hidden = !store.frames.some((one) => one.sights) && !DATA.live;
+    document.body.dataset.ready = "yes";
   }
 
   return { dirty, seek, take, begin, get playing() { return playing || following; }, get at() { return at; }, get spent() { return spent; },

@@ -1,13 +1,13 @@
 // The frames of a run, in order, each complete; what the server leaves out is as it was in the frame before.
 const head = DATA.head, model = head.model;
-const MOST = 36000;
+const MOST = DATA.live ? 18000 : 200000;  // of a run that goes on half an hour is kept
 const element = (id) => document.getElementById(id);
 const EMPTY = Object.freeze([]), NONE = Object.freeze({});
 const BLANK = { states: EMPTY, taken: EMPTY, fired: EMPTY, twist: [0, 0, 0], regions: NONE, activities: NONE,
                 outcomes: EMPTY, variables: NONE, why: EMPTY, doing: "", ranges: EMPTY };
 
 const store = {
-  frames: [], transitions: [], violations: [], seen: new Map(), dropped: 0, restarts: 0, last: null,
+  frames: [], transitions: [], violations: [], seen: new Map(), dropped: 0, restarts: 0, last: null, complete: DATA.live,
   add(line) {
     const said = line.whole ? { ...BLANK, ...line } : { ...this.last, ...line };
     for (const name of said.gone || EMPTY) if (!(name in line)) said[name] = BLANK[name];
@@ -43,12 +43,35 @@ const store = {
   },
 };
 
-async function packedFrames() {
-  const text = element("frames").textContent.trim();
-  if (!text) return;
-  const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
-  const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  for (const line of (await new Response(plain).text()).split("\n")) if (line) store.add(JSON.parse(line));
+// The frames within a recorded page, in slices: the first is drawn at once, the page never stands still for long.
+const SLICE = 40;  // ms
+async function packedFrames(grown) {
+  let due = 0;
+  for (const part of ["frames", "more"]) {
+    if (part === "more" && document.readyState === "loading") await new Promise((go) => document.addEventListener("DOMContentLoaded", go, { once: true }));
+    for await (const line of unpacked(element(part).textContent.trim())) {
+      store.add(JSON.parse(line));
+      if (performance.now() < due) continue;
+      grown();
+      await new Promise((go) => setTimeout(go));
+      due = performance.now() + SLICE;
+    }
+  }
+  store.complete = true;
+  grown();
+}
+async function* unpacked(text) {
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
+  for (let index = 0; index < raw.length; index += 1) bytes[index] = raw.charCodeAt(index);
+  if (!raw.length) return;
+  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")).pipeThrough(new TextDecoderStream()).getReader();
+  let rest = "";
+  for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
+    const lines = (rest + value).split("\n");
+    rest = lines.pop();
+    yield* lines;
+  }
+  if (rest) yield rest;
 }
 
 // Colours and dash patterns of states, as `palette.py` has them: colour never says it alone.

@@ -1,4 +1,8 @@
-"""The pictures of a machine on the page: one compound state opened at a time, the others folded."""
+"""The pictures of a machine on the page: one compound state opened at a time, the others folded.
+
+Where Graphviz is not installed, a picture is its graph in DOT, and the page draws it with viz-js, which is Graphviz for
+browsers.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from functools import cache
 from xml.etree import ElementTree
 
 from hsm.engine.machine import Machine
-from hsm.interchange.diagrams import DiagramError, Look, render
+from hsm.interchange.diagrams import DiagramError, Look, NoGraphvizError, render
 from hsm.interchange.folding import open_around
 
 
@@ -36,13 +40,16 @@ class Drawings:
         return found
 
     def _drawn(self, name: str) -> str:
-        """An SVG element.
+        """An SVG element, or a graph in DOT.
 
         Raises:
-            DiagramError: it cannot be drawn here.
+            DiagramError: it cannot be drawn.
         """
         look = Look(transparent=True, guards=False, brief=True, opened=open_around(self._machine.model, [name]))
-        text = render(self._machine, "svg", look).decode()
+        try:
+            text = render(self._machine, "svg", look).decode()
+        except NoGraphvizError:
+            return render(self._machine, "dot", look).decode()
         return text[text.index("<svg") :]
 
 
@@ -53,6 +60,15 @@ def drawable(drawings: Drawings) -> str:
     except DiagramError as error:
         return str(error)
     return ""
+
+
+LONGEST_GRAPH = 100_000
+"""The longest graph in DOT that is drawn for somebody else, characters."""
+
+
+def is_graph(drawing: str) -> bool:
+    """Whether a picture is a graph in DOT, which is still to be drawn."""
+    return drawing.startswith("digraph")
 
 
 _SVG = "{http://www.w3.org/2000/svg}"
@@ -66,8 +82,10 @@ _VALUE = re.compile(r"[\w\s.,()+-]*", re.ASCII)
 def cleaned(drawing: str) -> str:
     """The shapes and texts of a foreign picture; empty if it is not a picture.
 
-    Colours are left out, too: the page has its own.
+    Colours are left out, too: the page has its own. A graph is kept; the page does the same with what it draws of it.
     """
+    if is_graph(drawing):
+        return drawing if len(drawing) <= LONGEST_GRAPH else ""
     try:
         root = ElementTree.fromstring(drawing)
     except ElementTree.ParseError:

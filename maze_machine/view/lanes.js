@@ -78,7 +78,7 @@ const lanes = (() => {
   function plot(at) {
     const now = performance.now();
     if (!chart && data[0].length > 1 && chartBox.clientWidth) make();
-    if (chart && charted !== data[0].length && (now > due || !DATA.live)) {
+    if (chart && charted !== data[0].length && (now > due || (store.complete && !DATA.live))) {
       due = now + 500; charted = data[0].length;
       chart.setData(data);
     }

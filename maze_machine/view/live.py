@@ -23,12 +23,13 @@ from urllib.parse import urlsplit
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from maze_machine.view.page import Frame, FrameEncoder, live_page
+from maze_machine.view.drawings import is_graph
+from maze_machine.view.page import KEYFRAME, VIZ, Frame, FrameEncoder, live_page
 
 LOOPBACK = "127.0.0.1"
 KEPT = 18_000
@@ -40,8 +41,8 @@ BEAT = 0.03
 LARGEST = 4096
 """The largest message from a browser, bytes."""
 POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
-    "connect-src 'self' ws:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "default-src 'none'; script-src 'unsafe-inline' 'self' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data:; connect-src 'self' ws:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 
 Operate = Callable[[bytes], bytes]
@@ -84,9 +85,10 @@ class Feed:
         """Make and encode the new frames; call it from a single thread."""
         for _ in range(min(len(self._waiting), BATCH)):
             self._frames.append(self._encoder(self._waiting.popleft()()))
-        if len(self._frames) >= 2 * KEPT:
-            del self._frames[:KEPT]
-            self._dropped += KEPT
+        spare = (len(self._frames) - KEPT) // KEYFRAME * KEYFRAME  # the first that is kept is complete
+        if spare > KEPT // 8:
+            del self._frames[:spare]
+            self._dropped += spare
 
     @property
     def complete(self) -> bool:
@@ -149,6 +151,7 @@ class LivePage:
             routes=[
                 Route("/", self._answer_page),
                 Route("/drawing", self._answer_drawing),
+                Route("/viz.js", self._answer_viz),
                 WebSocketRoute("/frames", self._stream),
             ],
             lifespan=self._encoding,
@@ -236,7 +239,11 @@ class LivePage:
             drawing = await asyncio.to_thread(self._drawn, name[:1000])
         except Exception as error:  # a state that cannot be drawn has no picture
             return PlainTextResponse(f"{error}", 404)
-        return Response(drawing, media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
+        media = "text/vnd.graphviz" if is_graph(drawing) else "image/svg+xml"
+        return Response(drawing, media_type=media, headers={"Cache-Control": "no-store"})
+
+    async def _answer_viz(self, _request: Request) -> Response:
+        return FileResponse(VIZ, media_type="text/javascript")
 
     async def _stream(self, browser: WebSocket) -> None:
         await browser.accept()

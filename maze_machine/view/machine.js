@@ -18,13 +18,46 @@ const machine = (() => {
     return compounds.includes(state) ? name : state.parent || "";
   }
 
+  // Graphviz for browsers, where the pictures are graphs in DOT: the machine runs where Graphviz is not installed.
+  let graphviz = null, undrawn = head.undrawn;  // why there is no picture
+  function started() {
+    if (!graphviz) graphviz = new Promise((done, failed) => {
+      if (window.Viz) { done(); return; }
+      const script = document.createElement("script");
+      script.src = `/viz.js?token=${encodeURIComponent(DATA.token)}`;
+      script.onload = done; script.onerror = failed;
+      document.head.append(script);
+    }).then(() => Viz.instance());
+    return graphviz;
+  }
+
+  const ELEMENTS = new Set(["svg", "g", "path", "polygon", "polyline", "ellipse", "text"]);
+  const ATTRIBUTES = new Set(["id", "class", "d", "points", "transform", "x", "y", "cx", "cy", "rx", "ry", "viewBox", "text-anchor", "font-size"]);
+  function cleaned(element_) {  // as `drawings.py` cleans: shapes and texts, without colours, links and whatever else
+    for (const { name } of [...element_.attributes]) if (!ATTRIBUTES.has(name)) element_.removeAttribute(name);
+    for (const child of [...element_.children]) if (ELEMENTS.has(child.localName)) cleaned(child); else child.remove();
+    return element_;
+  }
+
+  async function drawn(text) {  // a picture as SVG; null where it cannot be drawn
+    if (text === null || !text.startsWith("digraph")) return text;
+    try { return cleaned((await started()).renderSVGElement(text)).outerHTML; } catch { return null; }
+  }
+
   async function picture(name) {
-    if (pictures.has(name)) return pictures.get(name);
+    if (pictures.has(name)) {
+      const text = pictures.get(name);
+      if (!text || !text.startsWith("digraph")) return text;
+      const svg_ = await drawn(text);
+      pictures.set(name, svg_);
+      return svg_;
+    }
     if (!DATA.live || head.undrawn) return null;
     const address = `/drawing?state=${encodeURIComponent(name)}&token=${encodeURIComponent(DATA.token)}`;
     const answer = await fetch(address).catch(() => null);
     if (answer === null) return null;  // the run has ended and its server with it: an outline is shown
-    const text = answer.ok ? await answer.text() : null;
+    const said = await answer.text(), text = await drawn(answer.ok ? said : null);
+    if (!answer.ok) undrawn = said;
     pictures.set(name, text);
     return text;
   }
@@ -74,7 +107,7 @@ const machine = (() => {
     svg = null;
     const list = document.createElement("ul");
     list.className = "outline";
-    if (head.undrawn) { const note = document.createElement("li"); note.textContent = head.undrawn; list.append(note); }
+    if (undrawn) { const note = document.createElement("li"); note.textContent = undrawn; list.append(note); }
     for (const state of model.states) {
       const item = document.createElement("li"), button = document.createElement("button");
       item.style.paddingLeft = `${(state.name.split(".").length - 1) * 1.2}rem`;

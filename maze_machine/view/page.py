@@ -6,8 +6,8 @@ leaves out values that did not change since the previous frame.
 
 The head has ``title``, ``period`` (s), ``footprint`` (m), ``laser``, ``scene`` (``walls``, ``doors`` and ``exits`` as
 x1, y1, x2, y2 in m; null if they are unknown), ``model`` (the machine; null where there is none), ``sources`` (the
-text of its files by name), ``drawings`` (SVG by the compound state that is opened), ``undrawn`` (why there are none)
-, ``operable``, and ``trial``: the ``signals`` of a machine that is tried without a robot, or null.
+text of its files by name), ``drawings`` (SVG, or a graph in DOT, by the compound state that is opened), ``undrawn``
+(why there are none), ``operable``, and ``trial``: the ``signals`` of a machine that is tried without a robot, or null.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from maze_machine.view.drawings import is_graph
 from maze_machine.view.palette import DASHES, INKS
 from transport.description import RobotDescription
 
@@ -29,8 +30,12 @@ LIBRARIES = (
     "d3-dispatch", "d3-selection", "d3-timer", "d3-ease", "d3-color", "d3-interpolate", "d3-transition", "d3-drag",
     "d3-zoom", "uPlot.iife",
 )  # fmt: skip
+VIZ = FOLDER / "vendor" / "viz-global.js"
+"""Graphviz for browsers (viz-js): 1.3 MB, loaded only where a picture is a graph."""
 KEYFRAME = 50
 """Every how many frames one is complete."""
+FIRST = 100
+"""How many ticks of a recording come before the page's scripts, which draw them while the rest is still read."""
 STRIDE = 8
 """Every how many beams one is in the frames' ``ranges``."""
 KEPT = frozenset(("tick", "stamp", "pose"))
@@ -136,25 +141,32 @@ def replay_page(head: Frame, frames: Iterable[Frame], verdict: Frame | None = No
         frames: the ticks.
         verdict: how the run ended, with ``lines`` for a person.
     """
-    lines = b"\n".join(map(FrameEncoder(), frames))
-    packed = base64.b64encode(gzip.compress(lines, 6, mtime=0)).decode()
-    return _page({"head": head, "verdict": verdict, "live": False}, packed)
+    lines = list(map(FrameEncoder(), frames))
+    packed = _packed(lines[:FIRST]), _packed(lines[FIRST:])
+    graphs = any(map(is_graph, head["drawings"].values()))
+    return _page({"head": head, "verdict": verdict, "live": False}, packed, [VIZ] if graphs else [])
 
 
 def live_page(head: Frame, token: str) -> str:
     """A page that gets its frames from its server."""
-    return _page({"head": head, "verdict": None, "live": True, "token": token}, "")
+    return _page({"head": head, "verdict": None, "live": True, "token": token}, ("", ""), [])
 
 
-def _page(data: Mapping[str, Any], packed: str) -> str:
+def _packed(lines: Sequence[bytes]) -> str:
+    return base64.b64encode(gzip.compress(b"\n".join(lines), 6, mtime=0)).decode() if lines else ""
+
+
+def _page(data: Mapping[str, Any], packed: tuple[str, str], more: Sequence[Path]) -> str:
     data = {**data, "palette": {"INKS": INKS, "DASHES": DASHES}}
     # Only "</" could end the data early, and "<!--" could hide the end; both are escaped.
     text = json.dumps(data, separators=(",", ":"), default=str).replace("<", "\\u003c")
-    scripts = [_text(f"vendor/{name}.min.js") for name in LIBRARIES] + [_text(f"{name}.js") for name in SCRIPTS]
+    scripts = [one.read_text(encoding="utf-8") for one in more]
+    scripts += [_text(f"vendor/{name}.min.js") for name in LIBRARIES] + [_text(f"{name}.js") for name in SCRIPTS]
     parts = {
         "/*STYLE*/": _text("vendor/uPlot.min.css") + _text("page.css"),
         "/*SCRIPT*/": "\n".join(scripts).replace("</script", "<\\/script"),
-        "/*FRAMES*/": packed,
+        "/*FRAMES*/": packed[0],
+        "/*MORE*/": packed[1],
         "/*DATA*/null": text,
     }
     page = _text("page.html")

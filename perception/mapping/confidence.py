@@ -23,7 +23,7 @@ class Confidence:
     """Counts scans that fit the map and scans that do not.
 
     The first scan that does not fit makes the place doubtful; some that fit, one after the other, make it known again;
-    many that do not, and the robot is lost until it has been found.
+    many that do not, or a doubt that scans do not settle, and the robot is lost until it has been found.
 
     Attributes:
         settings: how many scans.
@@ -34,6 +34,7 @@ class Confidence:
     knowledge: Knowledge = Knowledge.KNOWN
     _fitting: int = 0
     _misfits: int = 0
+    _doubts: int = 0
 
     def believes(self, match: Match | None, agreement: Agreement) -> bool:
         """Whether a place is the robot's: the grid agrees with the scan there, or all but one sector of it does.
@@ -55,11 +56,13 @@ class Confidence:
         if self.knowledge is Knowledge.LOST:
             return
         self._fitting, self._misfits = (self._fitting + 1, 0) if fits else (0, self._misfits + 1)
-        if self._misfits >= self.settings.patience:
+        self._doubts = 0 if self.knowledge is Knowledge.KNOWN else self._doubts + 1
+        convinced = self._fitting >= self.settings.convincing
+        if self._misfits >= self.settings.patience or (self._doubts >= self.settings.doubts and not convinced):
             self.knowledge = Knowledge.LOST
         elif self._misfits:
             self.knowledge = Knowledge.DOUBTFUL
-        elif self._fitting >= self.settings.convincing:
+        elif convinced:
             self.knowledge = Knowledge.KNOWN
 
     def saw_nothing(self, deviation: float) -> None:
@@ -74,4 +77,4 @@ class Confidence:
 
     def found(self) -> None:
         """The robot has been found on its map."""
-        self.knowledge, self._fitting, self._misfits = Knowledge.KNOWN, 0, 0
+        self.knowledge, self._fitting, self._misfits, self._doubts = Knowledge.KNOWN, 0, 0, 0

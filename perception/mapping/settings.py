@@ -293,7 +293,9 @@ class PlaceSettings(Settings):
     convincing: Count = 3
     """After a doubt, this many scans that fit one after the other make the place known."""
     patience: Count = 14
-    """After this many that do not fit the robot is lost."""
+    """After this many that do not fit, one after the other, the robot is lost."""
+    doubts: Count = 40
+    """And after a doubt of this many scans, of which some fit and some do not."""
     blind: Positive = 0.15
     """Without scans the place is doubtful once it deviates by this much, m."""
     headings: Count = 144

@@ -105,8 +105,7 @@ def test_a_diagram_of_no_machine_or_to_nowhere_is_refused(folder):
     assert (result.exit_code, "nowhere/x.mmd: No such file or directory" in result.output) == (3, True)
 
 
-def test_without_graphviz_the_way_out_is_told_and_mermaid_works(folder, monkeypatch):
-    monkeypatch.setattr("transitions.extensions.diagrams_pygraphviz.pgv", None)
+def test_without_graphviz_the_way_out_is_told_and_its_language_and_mermaid_work(folder, monkeypatch):
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     result = run("diagram", "lift.scxml", "-o", "lift.svg")
     assert result.exit_code == 2
@@ -114,6 +113,8 @@ def test_without_graphviz_the_way_out_is_told_and_mermaid_works(folder, monkeypa
     assert not (folder / "lift.svg").exists()
     assert run("diagram", "lift.scxml", "-o", "lift.mmd").exit_code == 0
     assert "stateDiagram-v2" in (folder / "lift.mmd").read_text()
+    assert run("diagram", "lift.scxml", "-o", "lift.dot").exit_code == 0
+    assert (folder / "lift.dot").read_text().startswith("digraph")
 
 
 def test_an_imported_chart_is_a_machine(folder):

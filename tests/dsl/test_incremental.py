@@ -3,7 +3,7 @@
 from dataclasses import fields, is_dataclass
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from lark import Token
 
@@ -80,6 +80,7 @@ def shape(node):
 
 @settings(max_examples=60, deadline=None)
 @given(text=st.sampled_from(TEXTS), edits=st.lists(EDIT, min_size=1, max_size=6))
+@example(TEXTS[0], [(0.5, 0, "\r\n"), (0.5, 0, "\r\n")])  # a line end within another: \r\r\n\n
 def test_reading_what_has_changed_gives_the_same_as_reading_all(text, edits):
     parser = BlockParser()
     for edit in edits:

@@ -170,3 +170,11 @@ def test_a_fault_has_the_same_words_in_every_python(library, wrong, reason):
     run = hsm.build(check_text(text, library).model).start()
     with pytest.raises(hsm.MachineFault, match=f"an action failed: {reason}"):
         run.step(0.1, ["go"])
+
+
+@pytest.mark.parametrize(
+    ("number", "value"),
+    [("1e3" + "9" * 30, float("inf")), ("-1e3" + "9" * 30, -float("inf")), ("1e-3" + "9" * 30, 0.0)],
+)
+def test_an_exponent_that_no_decimal_number_holds(number, value):
+    assert si_value(number, UNITS["cm"]) == value

@@ -11,6 +11,7 @@ import pytest
 from hsm import build, load, loads
 from hsm.interchange import drawing
 from hsm.interchange.diagrams import THEMES, DiagramError, Look, edge_id, render
+from hsm.interchange.dot import DotGraph
 from hsm.interchange.folding import down_to, excerpt, open_around, own_states
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.machines import find_machine, shipped_machines
@@ -223,6 +224,28 @@ def restless(count):
         for one in range(8):
             lines += [f"    state s{group}_{one}", *(f"        on go -> {draw.choice(names)}" for _ in range(3))]
     return loads("\n".join(lines) + "\n", robot_names(), "restless.maze-machine")
+
+
+@pytest.mark.parametrize("name", ["pledge", "explorer"])
+def test_graphviz_reads_its_text_as_it_writes_it_itself(name):
+    pygraphviz = pytest.importorskip("pygraphviz")
+    machine = load(find_machine(name), robot_names())
+    text = render(machine, "dot", Look(opened=open_around(machine.model, [machine.model.states[1].name]))).decode()
+    graph = pygraphviz.AGraph(text)
+    assert len(graph.edges()) == text.count(" -> ")
+    again = pygraphviz.AGraph(graph.to_string())
+    assert again.nodes() == graph.nodes()
+    assert [dict(one.attr) for one in again.edges()] == [dict(one.attr) for one in graph.edges()]
+
+
+def test_any_text_is_a_label():
+    pygraphviz = pytest.importorskip("pygraphviz")
+    texts = ['say "go"', "a -> b; }", "<b>", "[x=1]", "ä\\lß\\l", "", "//", "'"]
+    graph = DotGraph(rankdir="TB")
+    for index, text in enumerate(texts):
+        graph.add_node(f"s{index}", label=text)
+    read = pygraphviz.AGraph(graph.to_string())
+    assert [read.get_node(f"s{index}").attr["label"] for index in range(len(texts))] == texts
 
 
 def test_a_graph_that_ends_graphviz_is_drawn_otherwise():

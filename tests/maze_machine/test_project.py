@@ -145,7 +145,7 @@ def test_nothing_is_overwritten(vacuum):
     assert (vacuum / "drive.py").read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.parametrize("name", ["Vacuum", "9", "a-b", "../x", ""])
+@pytest.mark.parametrize("name", ["Vacuum", "9", "a-b", "../x", "", "and", "door"])
 def test_a_name_that_no_machine_can_have_is_refused(name, tmp_path):
     assert run("new", name, "--folder", tmp_path / "there")[0] == 2
     assert not (tmp_path / "there").exists()

@@ -142,6 +142,26 @@ def test_a_door_that_shuts_is_not_a_reason_to_doubt():
     assert agreement.elsewhere == 1.0
 
 
+def test_a_doubt_that_scans_do_not_settle_ends_as_lost():
+    settings = PlaceSettings()
+    confidence = Confidence(settings)
+    confidence.saw(fits=False)
+    for number in range(settings.doubts - 1):
+        assert confidence.knowledge is Knowledge.DOUBTFUL
+        confidence.saw(fits=bool(number % settings.convincing))
+    confidence.saw(fits=False)
+    assert confidence.knowledge is Knowledge.LOST
+
+
+def test_a_doubt_that_is_settled_begins_anew():
+    settings = PlaceSettings()
+    confidence = Confidence(settings)
+    for _ in range(settings.doubts):
+        for fits in (False, *(True for _ in range(settings.convincing))):
+            confidence.saw(fits=fits)
+        assert confidence.knowledge is Knowledge.KNOWN
+
+
 @pytest.mark.parametrize(("elsewhere", "believed"), [(1.0, True), (0.9, False)])
 def test_one_sector_may_look_otherwise_than_the_map_where_the_walls_of_all_others_agree(elsewhere, believed):
     confidence = Confidence(PlaceSettings())

@@ -1,6 +1,7 @@
 """The file of a map: what it holds comes back, what is damaged is refused, and a robot goes on with it."""
 
 import math
+import os
 import re
 from pathlib import Path
 
@@ -127,6 +128,12 @@ def test_without_a_place_the_robot_is_lost_and_adds_nothing(world):
     assert document_of(driven).grid == document.grid
 
 
+def test_a_named_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.map")
+    with pytest.raises(MapError, match="is not a regular file"):
+        read_map(tmp_path / "pipe.map")
+
+
 def test_the_example_of_the_page_is_a_map():
     assert text_of(parsed(ROOM.encode(), "room.map")) == ROOM
 
@@ -150,6 +157,7 @@ DAMAGED = [
     (ROOM.replace('"#........#"', '"#...."'), "`grid.rows` has a row 2 of 5 cells, where the first has 10"),
     (ROOM.replace('"cell": 0.25', '"cell": 0'), "`grid.cell` must be more than"),
     (ROOM.replace("0.003]", "NaN]"), "`keyframes.0.points.0.3` must be a finite number"),
+    (ROOM.replace("0.003]", "1e-200]"), "`keyframes.0.points.0.3` must be"),
     (ROOM.replace("[1.0, 0.0, 3", "[1e999, 0.0, 3"), "`keyframes.0.points.0.0` must be a finite number"),
     (ROOM.replace("[0.0, 0.0, 0.0]", "[90, 0, 0]"), "`keyframes.0` is far from all that the grid shows"),
     (ROOM.replace('"steps": []', '"steps": 3'), "`steps` must be several values"),

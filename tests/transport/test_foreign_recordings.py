@@ -363,6 +363,13 @@ def test_what_a_file_declares_is_not_believed(tmp_path, records, reason):
     assert "\n" not in str(caught.value)
 
 
+def test_a_bag_that_was_cut_off_in_its_first_chunk_says_so(tmp_path):
+    file = next(bag(tmp_path / "bag", messages()).glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    with pytest.raises(RecordingError, match="cannot be read: it was cut off before the first chunk was written"):
+        read_recording(file)
+
+
 def test_a_record_longer_than_the_file_is_a_cut(tmp_path):
     path = tmp_path / "a.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + struct.pack("<BQ", 5, 2**60))

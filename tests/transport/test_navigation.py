@@ -32,6 +32,10 @@ class Navigation:
         self.bus = network.bus()
         for name, serve in (("send_goal", self._goal), ("get_result", self._result), ("cancel_goal", self._cancel)):
             self.bus.serve(f"navigate_to_pose/_action/{name}", serve)
+        self._topics = {one: self.bus.publisher(f"navigate_to_pose/_action/{one}") for one in ("feedback", "status")}
+
+    def publish(self, topic: str, payload: bytes) -> None:
+        self._topics[topic].put(payload)
 
     def _goal(self, request: Request) -> None:
         self.goals.append(request.payload)
@@ -129,3 +133,51 @@ def test_a_navigation_that_goes_away_has_failed(network, navigator):
     there.bus.close()
     until(lambda: navigator.news().state == "failed")
     assert navigator.news().reason == "the navigation is gone"
+
+
+def feedback(number: bytes, distance: float, recoveries: int) -> bytes:
+    """A message of the topic ``feedback``, byte for byte, in the frame ``map``."""
+    pose = struct.pack("<iII4s7d", 0, 0, 4, b"map\0", *(0.0,) * 6, 1.0)
+    return HEADER + number + pose + struct.pack("<iIiIhxxf", 5, 0, 3, 0, recoveries, distance)
+
+
+def statuses(*goals: tuple[bytes, int]) -> bytes:
+    """A message of the topic ``status``, byte for byte."""
+    body = struct.pack("<I", len(goals))
+    for number, status in goals:
+        body += number
+        body += bytes(-len(body) % 4) + struct.pack("<iIb", 0, 0, status)
+    return HEADER + body
+
+
+def test_feedback_says_what_is_left_and_only_of_this_goal(network, navigator):
+    there = Navigation(network, status=None)
+    navigator.pursue(GOAL)
+    until(lambda: navigator.news().state == "driving")
+    assert (navigator.news().distance, navigator.news().recoveries) == (None, 0)
+    number = there.goals[0][4:20]
+    there.publish("feedback", feedback(number, 2.5, 1))
+    assert (navigator.news().distance, navigator.news().recoveries) == (2.5, 1)
+    for odd in (feedback(bytes(16), 9.0, 9), feedback(number, 9.0, 9)[:60], b""):
+        there.publish("feedback", odd)
+        assert (navigator.news().distance, navigator.news().recoveries) == (2.5, 1)
+    there.publish("feedback", feedback(number, float("nan"), -3))
+    assert (navigator.news().distance, navigator.news().recoveries) == (None, 0)
+    assert navigator.news().state == "driving"
+
+
+@pytest.mark.parametrize(("status", "state"), [(4, "arrived"), (5, "failed"), (6, "failed")])
+def test_an_end_that_the_status_says_counts_without_a_result(network, navigator, status, state):
+    there = Navigation(network, status=None)
+    navigator.pursue(GOAL)
+    until(lambda: there.waiting)
+    number = there.goals[0][4:20]
+    for odd in (statuses((bytes(16), status)), statuses((number, 2)), statuses((number, status))[:12], b""):
+        there.publish("status", odd)
+        assert navigator.news().state == "driving"
+    there.publish("status", statuses((bytes(16), 6), (number, status)))
+    assert navigator.news().state == state
+    # A result that comes later says nothing else, and nothing that has ended is cancelled.
+    there.waiting[0].reply(HEADER + bytes([6]))
+    navigator.close()
+    assert not there.cancelled

@@ -16,6 +16,7 @@ from programs import LIMIT, command
 from toy_world import GEOMETRY
 
 from perception import Perception
+from perception.signals import navigation_distance
 from skills.activities.navigate_to_pose import NavigateToPose
 from transport import codec
 from transport.connect import dialling, open_robot, routing
@@ -37,6 +38,8 @@ KINDS = (
     codec.TWIST_STAMPED,
     "geometry_msgs/msg/PoseStamped",
     "unique_identifier_msgs/msg/UUID",
+    "builtin_interfaces/msg/Duration",
+    "action_msgs/msg/GoalStatusArray",
 )
 NAMELESS = RobotDescription(name="toy", namespace="")
 
@@ -233,8 +236,28 @@ class SdkNavigation:
     }
 
     def __init__(self, place: dict[str, object]) -> None:
-        for kind in ("unique_identifier_msgs/msg/UUID", "geometry_msgs/msg/PoseStamped"):
+        for kind in (
+            "unique_identifier_msgs/msg/UUID",
+            "geometry_msgs/msg/PoseStamped",
+            "builtin_interfaces/msg/Duration",
+        ):
             ZenohSession.get_instance(**place).register_message_type(None, kind)
+        # An action's topics; the SDK knows no actions, so each is a topic whose type it reads from the text given.
+        self.feedback = sdk.ROS2Publisher(
+            "/navigate_to_pose/_action/feedback",
+            "nav2_msgs/msg/NavigateToPose_FeedbackMessage",
+            msg_definition=f"{self.GOAL_ID}geometry_msgs/PoseStamped current_pose\n"
+            "builtin_interfaces/Duration navigation_time\nbuiltin_interfaces/Duration estimated_time_remaining\n"
+            "int16 number_of_recoveries\nfloat32 distance_remaining\n",
+            type_hash=f"RIHS01_{7:064x}",
+            **place,
+        )
+        self.status = sdk.ROS2Publisher(
+            "/navigate_to_pose/_action/status",
+            "action_msgs/msg/GoalStatusArray",
+            type_hash=f"RIHS01_{8:064x}",
+            **place,
+        )
         self.servers = {}
         for at, (name, (kind, request, response)) in enumerate(self.PARTS.items()):
             self.servers[name] = sdk.ROS2ServiceServer(
@@ -247,6 +270,32 @@ class SdkNavigation:
                 **place,
             )
 
+    def publish_feedback(self, goal: object, distance: float) -> None:
+        """How far it is to the goal."""
+        make = codec.MESSAGES
+        span = make["builtin_interfaces/msg/Duration"](sec=1, nanosec=0)
+        pose = make["geometry_msgs/msg/PoseStamped"](
+            header=codec.header(0, "map"),
+            pose=make["geometry_msgs/msg/Pose"](
+                position=make["geometry_msgs/msg/Point"](x=0.0, y=0.0, z=0.0),
+                orientation=make["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+            ),
+        )
+        self.feedback.publish(
+            goal_id=goal,
+            current_pose=pose,
+            navigation_time=span,
+            estimated_time_remaining=span,
+            number_of_recoveries=1,
+            distance_remaining=distance,
+        )
+
+    def publish_status(self, goal: object, status: int) -> None:
+        """The list of goals: this one, with a status."""
+        make = codec.MESSAGES
+        info = make["action_msgs/msg/GoalInfo"](goal_id=goal, stamp=codec.time_of(0))
+        self.status.publish(status_list=[make["action_msgs/msg/GoalStatus"](goal_info=info, status=status)])
+
     def take(self, name: str) -> tuple[object, object]:
         return self.servers[name].take_request(timeout=LIMIT)
 
@@ -257,7 +306,6 @@ class SdkNavigation:
 def test_a_navigation_of_the_sdk_is_given_goals_by_a_machine_s_activity(
     endpoint: str, place: dict[str, object]
 ) -> None:
-    time_of_day = codec.MESSAGES["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
     with routing(endpoint):
         robot, navigation = Robot(place), SdkNavigation(place)
         robot.start()
@@ -273,30 +321,48 @@ def test_a_navigation_of_the_sdk_is_given_goals_by_a_machine_s_activity(
                     return None if isinstance(effect, Command) else effect.name
 
                 with ThreadPoolExecutor() as beside:
-                    goal = beside.submit(navigation.take, "send_goal")
-                    until(lambda: tick() is None and goal.done())
-                    key, asked = goal.result()
+
+                    def under_way() -> tuple[object, object]:
+                        """The goal that is asked for and accepted, and the question for its result."""
+                        goal = beside.submit(navigation.take, "send_goal")
+                        until(lambda: tick() is None and goal.done())
+                        key, asked = goal.result()
+                        navigation.answer("send_goal", key, accepted=True, stamp=codec.time_of(0))
+                        result = beside.submit(navigation.take, "get_result")
+                        until(lambda: tick() is None and result.done())
+                        key, waiting = result.result()
+                        assert bytes(waiting.goal_id.uuid) == bytes(asked.goal_id.uuid)
+                        return asked, key
+
+                    asked, key = under_way()
                     assert (asked.pose.header.frame_id, asked.pose.pose.position.x) == ("map", 1.5)
                     driven = len(robot.told)
-                    navigation.answer("send_goal", key, accepted=True, stamp=time_of_day)
-                    result = beside.submit(navigation.take, "get_result")
-                    until(lambda: tick() is None and result.done())
-                    key, waiting = result.result()
-                    assert bytes(waiting.goal_id.uuid) == bytes(asked.goal_id.uuid)
+
+                    def sees(distance: float) -> bool:
+                        navigation.publish_feedback(asked.goal_id, distance)
+                        assert tick() is None
+                        return navigation_distance(perception.facts(controlled.observe())) == distance
+
+                    until(lambda: sees(1.25))
                     assert len(robot.told) == driven  # who navigates drives, nobody else
                     navigation.answer("get_result", key, status=4, error_code=0, error_msg="")
                     assert until(tick) == "done"
+                    # Only the topic says the end of another one.
+                    activity = NavigateToPose(0.5, 0.0)
+                    asked, _ = under_way()
+
+                    def ended() -> str | None:
+                        navigation.publish_status(asked.goal_id, 6)
+                        return tick()
+
+                    assert until(ended) == "blocked"
                     # Another one, which the run's end gives up.
                     activity = NavigateToPose(2.0, 0.0)
-                    goal = beside.submit(navigation.take, "send_goal")
-                    until(lambda: tick() is None and goal.done())
-                    navigation.answer("send_goal", goal.result()[0], accepted=True, stamp=time_of_day)
+                    asked, _ = under_way()
                     cancel = beside.submit(navigation.take, "cancel_goal")
-                    result = beside.submit(navigation.take, "get_result")
-                    until(lambda: tick() is None and result.done())
                     controlled.close()
                     key, given_up = cancel.result()
-                    assert bytes(given_up.goal_id.uuid) == bytes(goal.result()[1].goal_id.uuid)
+                    assert bytes(given_up.goal_id.uuid) == bytes(asked.goal_id.uuid)
                     navigation.answer("cancel_goal", key, return_code=0, none=0)
         finally:
             robot.over.set()

@@ -298,7 +298,7 @@ class Crossed:
     missed: tuple[str, ...]
 
 
-def cross_checked(seed: int, runs: int, seconds: float = 20.0) -> Crossed:
+def cross_checked(seed: int, runs: int, seconds: float = 10.0) -> Crossed:
     """Decide the properties of a machine, and try to contradict what was proved by random runs.
 
     That a violation replays is asserted by running its scenario again.

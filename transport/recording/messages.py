@@ -20,7 +20,7 @@ from urllib.parse import quote
 
 import lz4.frame
 import zstandard
-from mcap.exceptions import McapError
+from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Chunk, McapRecord, Metadata, Schema
 from mcap.records import Message as Record
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -203,7 +203,12 @@ class _McapFile:
                 yield from breakup_chunk(whole, validate_crc=True)
         except BROKEN as error:
             if not self._topics and not self.run:
-                raise RecordingError(f"cannot be read: {str(error) or type(error).__name__}") from None
+                cut = (
+                    "it was cut off before the first chunk was written"
+                    if isinstance(error, EndOfFile | EOFError)
+                    else str(error)
+                )
+                raise RecordingError(f"cannot be read: {cut or type(error).__name__}") from None
         else:
             self.complete = True
 

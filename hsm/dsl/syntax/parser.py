@@ -308,10 +308,9 @@ class BlockParser:
 
     def parse(self, text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
         """The same result as ``parse``."""
-        text = text.replace("\r\n", "\n")
         if "\t" in text:
             return parse(text, file)
-        lines = tuple(text.split("\n"))
+        lines = tuple(text.replace("\r\n", "\n").split("\n"))
         known, items = {}, list[ast.Item]()
         for first, last in _blocks(lines):
             key = first, "\n".join(lines[first:last])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from hsm.engine.clock import nanoseconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import Model
+from hsm.model.chart import Model, StateKind
 from hsm.model.properties import conditions_of
 from hsm.model.values import dataclass
 from hsm.testing.exploration.violations import search
@@ -35,10 +35,12 @@ class Examination:
     Attributes:
         verdicts: on its properties.
         possible: all that steps may exercise; None where not all steps are known.
+        passing: states that steps only pass through: none ends in them.
     """
 
     verdicts: list[PropertyVerdict]
     possible: Possible | None
+    passing: Sequence[str] = ()
 
 
 def check(
@@ -86,10 +88,14 @@ def examine(
     verdicts = [found[one.name] for one in stated]
     possible = [proof.possible for part, proof in zip(parts, proofs, strict=True) if part.whole]
     known = [one for one in possible if one is not None]
-    return Examination(
-        [_together(faults), *verdicts] if faults else verdicts,
-        united(known) if known and len(known) == len(possible) else None,
-    )
+    every = united(known) if known and len(known) == len(possible) else None
+    resting = frozenset[int]().union(*(proof.resting for proof in proofs))
+    passing = [
+        state.name
+        for state in ready.model.states
+        if every is not None and state.kind is StateKind.ATOMIC and state.index in every.states - resting
+    ]
+    return Examination([_together(faults), *verdicts] if faults else verdicts, every, passing)
 
 
 def _together(faults: Sequence[PropertyVerdict]) -> PropertyVerdict:
@@ -108,6 +114,7 @@ class _Proof:
         self._stated = part.stated
         self._depth = depth
         self.possible: Possible | None = None
+        self.resting: frozenset[int] = frozenset()
         self._seconds = seconds
         self._longest = nanoseconds(assumed.longest_tick)
         self._parameters = assumed.values(machine.model)
@@ -135,6 +142,7 @@ class _Proof:
             else:
                 if graph.complete and not graph.failures:
                     self.possible = graph.stepper.possible
+                    self.resting = frozenset(state for one in graph.locations for state in one.leaves)
                 self._decide(graph, dead, [one for one in texts if one not in found or _open(found[one])], found)
             if precision is MIDDLE and not (len(found) == len(texts) and not any(map(_open, found.values()))):
                 pending.append(FINE if graph.complete else COARSE)

@@ -79,6 +79,10 @@ class Selections:
             paths = self._paths[key] = list(self._all_paths(selector, point, due))
         return paths
 
+    def guard(self, index: int, point: Point) -> Truth:
+        """Where the condition and the guard of a transition are true and where they are false."""
+        return self._guard(index, point.values, self._machine.configuration(point.leaves).active)
+
     def held(self, index: int, point: Point) -> Truth:
         """Where a condition that is watched for some time is true and where it is false."""
         trigger = self._machine.model.transitions[index].trigger

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import combinations
+from time import process_time
 from typing import Any
 
 from hsm.engine.configuration import Picked, Plan, Selector
@@ -40,8 +41,8 @@ from hsm.testing.proofs.values import TooMany, Value
 from hsm.testing.proofs.zones import ROUNDING
 from hsm.testing.scenarios.script import FAULT
 
-MOST_POINTS = 4_000
-"""At most this many points are visited within one step."""
+MOST_POINTS = 4_000  # that are visited within one step
+MOST_SECONDS = 10.0  # of processor time, for one step
 
 Ways = dict[int, dict[int, Diagram]]
 """From one place to others, by their numbers, each with the signals."""
@@ -218,6 +219,7 @@ class Stepper:
     ) -> list[tuple[Point, Diagram]]:
         """Follow all courses from some places to their ends."""
         either, without = self._diagrams.either, self._diagrams.without
+        began = process_time()
         pending = {self._number(place): among for place, among in begin.items()}
         seen: dict[int, Diagram] = {}
         ends: dict[int, Diagram] = {}
@@ -230,8 +232,8 @@ class Stepper:
             if fresh == FALSE:
                 continue
             seen[number] = either(known, fresh)
-            if len(seen) > MOST_POINTS:
-                raise TooMany(f"one step with more than {MOST_POINTS} ways to go")
+            if len(seen) > MOST_POINTS or process_time() - began > MOST_SECONDS:
+                raise TooMany(f"one step with more than {MOST_POINTS} ways to go, or {MOST_SECONDS:g} s of work")
             if self._places[number][0] == ENDED:
                 ends[number] = seen[number]
                 continue

@@ -63,10 +63,16 @@ def opened(browser):
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(LIMIT)
+        page.add_init_script(
+            "globalThis.drawnAt = [];"
+            "new MutationObserver((_, watch) => { if (document.body?.dataset.shown) "
+            "{ drawnAt.push(store.frames.length); watch.disconnect(); } })"
+            ".observe(document, { subtree: true, childList: true, attributes: true });"
+        )
         page.on("console", lambda message: said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto(address)
-        page.wait_for_selector("body[data-shown]")
+        page.wait_for_selector("body[data-shown][data-ready]")
         return page
 
     yield show
@@ -167,6 +173,21 @@ def test_scrubbing_keys_and_links_lead_to_a_moment(opened, recorded):
     assert page.evaluate("app.at") == 0
 
 
+def test_a_long_recording_is_shown_before_it_is_read_and_a_link_waits_for_its_moment(opened, tmp_path, driven):
+    mission, world, frames, _ = driven
+    many = [
+        {**frames[index % len(frames)], "tick": index, "stamp": index * 100_000_000, "time": index / 10}
+        for index in range(3000)
+    ]
+    file = tmp_path / "long.html"
+    file.write_text(replay_page(run_head(mission, world), many), encoding="utf-8")
+    page = opened(f"{file.as_uri()}#t=290.0")
+    assert page.evaluate("[app.at, store.frames.length, store.complete]") == [2900, 3000, True]
+    assert page.evaluate("store.frames.every((one, index) => one.tick === index)")
+    drawn = page.evaluate("drawnAt")
+    assert drawn[0] < 3000
+
+
 def test_it_plays_in_real_time_and_pauses(opened, recorded):
     page = opened(recorded)
     page.keyboard.press(" ")
@@ -208,6 +229,36 @@ def test_it_works_under_its_own_policy(opened, driven):
         page = opened(served.address, bypass_csp=False)
         page.wait_for_selector("#drawing svg g.state.active")
         page.wait_for_selector("#simulation:not([hidden])")
+
+
+def test_without_graphviz_the_browser_draws_the_machine(opened, driven, tmp_path, monkeypatch):
+    monkeypatch.setattr("hsm.interchange.diagrams.installed", lambda: False)
+    mission, world, frames, ending = driven
+    told = {**run_head(mission, world), "drawings": Drawings(mission.machine).all()}
+    assert told["drawings"][""].startswith("digraph")
+    file = tmp_path / "run.html"
+    file.write_text(replay_page(told, frames[:40], ending.as_json()), encoding="utf-8")
+    with live(driven) as (served, _, _):
+        for address, own in ((file.as_uri(), {}), (served.address, {"bypass_csp": False})):
+            page = opened(address, **own)
+            page.wait_for_selector("#drawing svg g.state.active")
+            page.wait_for_function("store.frames.length === 40")
+            page.evaluate("app.seek(39)")
+            settled(page)
+            page.wait_for_selector("#drawing svg g.state.active.node")
+            assert lit(page) <= set(frames[39]["states"])
+            assert page.locator("#drawing svg [fill]").count() == 0
+
+
+def test_of_a_graph_only_shapes_are_drawn(opened, driven, tmp_path):
+    mission, world, frames, _ = driven
+    graph = 'digraph { a [URL="javascript:alert(1)", label="a", id="state_1"]; a -> a [class="t99999", label="x"] }'
+    file = tmp_path / "run.html"
+    told = {**run_head(mission, world), "drawings": dict.fromkeys(Drawings(mission.machine).names(), graph)}
+    file.write_text(replay_page(told, frames[:2]), encoding="utf-8")
+    page = opened(file.as_uri())
+    page.wait_for_selector("#drawing svg")
+    assert page.locator("#drawing a, #drawing [href], #drawing [style*=fill]").count() == 0
 
 
 def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened, driven):

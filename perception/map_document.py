@@ -182,6 +182,8 @@ def read_map(path: Path) -> MapDocument:
         MapError: it is not a map, of another version, damaged or too large.
         OSError: it cannot be read.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise MapError(f"{path} is not a regular file")  # a named pipe would wait for its writer
     with path.open("rb") as file:
         content = file.read(LARGEST + 1)
     if len(content) > LARGEST:

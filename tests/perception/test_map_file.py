@@ -1,6 +1,7 @@
 """The file of a map: what it holds comes back, what is damaged is refused, and a robot goes on with it."""
 
 import math
+import os
 import re
 from pathlib import Path
 
@@ -125,6 +126,12 @@ def test_without_a_place_the_robot_is_lost_and_adds_nothing(world):
     assert driven.surveyor.knowledge is Knowledge.LOST
     assert document_of(driven).keyframes == document.keyframes
     assert document_of(driven).grid == document.grid
+
+
+def test_a_named_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.map")
+    with pytest.raises(MapError, match="is not a regular file"):
+        read_map(tmp_path / "pipe.map")
 
 
 def test_the_example_of_the_page_is_a_map():

@@ -109,8 +109,8 @@ def test(
     or undecided, with the reason.
 
     The exit status is 0 only if all scenarios pass, no property is violated, every property meets `--require`, and the
-    coverage suffices. With `--requirements` every requirement must be covered, too; with `--mutate` every mutant must be
-    killed or proved equivalent. With `--generate` the scenarios must reach everything in the machine that is not proved
+    coverage suffices. With `--requirements` every requirement must be covered, too; with `--mutate` every mutant must
+    be killed or proved equivalent. With `--generate` the scenarios must reach everything in the machine that is not proved
     unreachable.
 
     Example: `maze-machine test pledge --require proved`

@@ -368,6 +368,15 @@ def seconds_of(value: Any) -> float:
     return seconds
 
 
+def is_delay(text: str) -> bool:
+    """Whether a text is a delay."""
+    try:
+        seconds_of(text)
+    except DataError:
+        return False
+    return True
+
+
 def _check_processor(kind: Any) -> None:
     if kind not in PROCESSORS:
         raise DataError(f"there is no event processor `{kind}`")

@@ -6,9 +6,12 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
+import hsm
+from hsm.dsl import check_text
 from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.exploration.exploring import AskingRegions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
+from hsm.testing.exploration.violations import search
 from hsm.testing.generation.generating import generate
 from hsm.testing.generation.goals import goals_of, shown, title_of
 from hsm.testing.mutation.mutating import mutants, structural, survey
@@ -310,3 +313,18 @@ def test_a_signal_is_that_of_the_region_that_asks_for_it_whoever_asks_where_no_r
     assert regions.of_signal("space.front") == -1
     assert regions.of_signal("steps") == -1
     assert not generate(machine).unreached
+
+
+def test_an_event_with_much_data_is_tried_within_the_limit_of_steps():
+    """Each event has more combinations of data than are tried: the search ends at its limit and does not say `all`."""
+    lines = ["machine many", *(f"event e{n}(x : int, y : int, z : int, w : int)" for n in range(12)), "var n : int = 0"]
+    lines += ["property small : always n < 1000", "state a"]
+    lines += [
+        f"    on e{n} if e{n}.x > n and e{n}.y > {n} and e{n}.z != n and e{n}.w < {n} / n += 1" for n in range(12)
+    ]
+    checked = check_text("\n".join([*lines, ""]), hsm.Library("many"))
+    assert checked.model is not None, checked.diagnostics
+    searched = search(scripted_machine(hsm.build(checked.model)), {}, steps=200)
+    assert searched.steps <= 200
+    assert not searched.complete
+    assert "all" not in searched.extent

@@ -64,6 +64,7 @@ class Declarations:
     exposed: dict[str, None] = field(default_factory=dict)
     adjustable: dict[str, Adjustable] = field(default_factory=dict)
     _unsent: dict[str, int] = field(default_factory=dict)
+    _made_of: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
     def declare(self, imported: Iterable[EventData] = ()) -> None:
         """Analyse the lines at the top of the file.
@@ -72,6 +73,7 @@ class Declarations:
             imported: what the events of imported machines carry.
         """
         lines = self.context.symbols.root.lines
+        self._made_of = _made_of(lines)
         for event in self.context.library.events.values():
             if event.fields:
                 self.data[event.name] = EventData(event.name, event.fields)
@@ -228,7 +230,7 @@ class Declarations:
 
     def _made_of_later(self, name: Token, value: ast.Expression) -> bool:
         """Whether a value uses a name declared on its own line or below; if so, report it."""
-        made_of = _made_of(self.context.symbols.root.lines)
+        made_of = self._made_of
         later = [one for one in ast.names_in(value) if one in made_of and one not in self.context.scope.variables]
         if not later or any(one in self.context.symbols.doubtful for one in later):
             return bool(later)

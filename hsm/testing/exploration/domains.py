@@ -36,15 +36,13 @@ class Domains:
     """
 
     def __init__(self, expressions: Iterable[Expression]) -> None:
-        self._comparisons: dict[str, list[Binary]] = {}
+        self._comparisons: dict[str, dict[Binary, None]] = {}
         self._depends: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
         for expression in expressions:
             for part in parts_of(expression):
                 if isinstance(part, Binary) and part.operator in _BINARY:
                     for name in dict.fromkeys(_free(part)):
-                        listed = self._comparisons.setdefault(name, [])
-                        if part not in listed:
-                            listed.append(part)
+                        self._comparisons.setdefault(name, {})[part] = None
 
     def depends(self, signal: SignalDeclaration) -> tuple[frozenset[str], frozenset[str]]:
         """The names of variables and other signals that influence the values worth trying."""
@@ -83,7 +81,7 @@ class Domains:
         """Both values of a condition, numbers on both sides of each threshold; none where there is no threshold."""
         if isinstance(kind, Boolean):
             return [False, True]
-        found = self._comparisons.get(name, [])
+        found = self._comparisons.get(name, {})
         roots = sorted({root for one in found for root in _roots(partial(residue, one))})
         tried: list[Any] = [written(one, kind) for one in _around(roots)]
         if isinstance(kind, Integer):

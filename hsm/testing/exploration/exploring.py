@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
 from functools import partial
 from itertools import islice, product
+from math import prod
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
@@ -227,6 +228,7 @@ class Explorer:
     Attributes:
         machine: as given.
         parameters: the values of all its parameters, in their order.
+        all_data: whether every combination of an event's data that is worth trying was tried.
     """
 
     def __init__(
@@ -245,6 +247,7 @@ class Explorer:
         self._heard = _events(machine)
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}
+        self.all_data = True
 
     # Where runs begin and continue.
 
@@ -385,6 +388,7 @@ class Explorer:
         for one in declared.fields:
             name = declared.variable(one)
             tried.append(self._domains.carried(name, one, partial(self._difference, state, name)))
+        self.all_data = self.all_data and prod(map(len, tried)) <= _MOST_DATA
         for values in islice(product(*tried), _MOST_DATA):
             given = {one.name: value for one, value in zip(declared.fields, values, strict=True)}
             yield event_text(model, Occurrence(event, given))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
+from itertools import islice
 from typing import Any
 
 from hsm.engine.evaluation import SignalFault
@@ -123,10 +124,10 @@ class _Search:
             for visit in level:
                 if self._found.steps >= steps or (wanted <= self._found.violations.keys() and self._found.fault):
                     return self._found
-                for edge in self._following(visit):
+                for edge in islice(self._following(visit), steps - self._found.steps):
                     self._take(visit, visit.memories, edge)
             self._found.depth += 1
-        self._found.complete = True
+        self._found.complete = self._explorer.all_data and self._found.steps < steps
         return self._found
 
     def _following(self, visit: _Visit) -> Iterator[ExploredStep]:

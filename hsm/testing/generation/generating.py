@@ -247,10 +247,10 @@ class _Search:
         while self.queue and self.steps < self.limit and idle < PATIENCE and not wanted <= self.found.keys():
             _, depth, _, key, moment = heappop(self.queue)
             known, before = len(self.found), self.steps
-            for edge in self.explorer.successors(moment):
+            for edge in islice(self.explorer.successors(moment), self.limit - self.steps):
                 self._take(key, edge, depth + 1)
             idle = idle + self.steps - before if len(self.found) == known else 0
-        self.complete = not self.queue
+        self.complete = not self.queue and self.steps < self.limit and self.explorer.all_data
 
     def _take(self, source: Key | None, edge: ExploredStep, depth: int) -> None:
         self.steps += 1

@@ -84,6 +84,8 @@ def test_an_attribute_without_a_value_is_named(element):
         ('<onentry><foreach array="[1]"/></onentry>', "E0909", "<foreach> needs `item`"),
         ('<onentry><send event="x" delay="5"/></onentry>', "E0910", "`5` is a delay without a unit"),
         ('<onentry><send event="x" delay="1 sec"/></onentry>', "E0910", "`1 sec` is not a delay"),
+        ('<datamodel><data id="n"/></datamodel>', "E0907", "two pieces of data are called `n`"),
+        ('<datamodel><data id="1n"/></datamodel>', "E0910", "`1n` is not a name for data"),
         ('<datamodel><data expr="1"/></datamodel>', "E0909", "<data> needs `id`"),
         ('<datamodel><data id="m" expr="1">5</data></datamodel>', "E0904", "exclude each other"),
         ('<onentry><assign expr="1"/></onentry>', "E0909", "<assign> needs `location`"),

@@ -22,6 +22,8 @@ from transport.arithmetic import atan2, cos, cos_sin, distance_between, norm, si
 from transport.description import Point, RobotDescription
 
 RIGHT = math.pi / 2
+CORNER_BEAMS = 8
+"""The lines of two walls leave out at most so many beams at their corner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,19 +70,24 @@ def find_doors(lines: Lines, robot: RobotDescription, settings: DoorSettings) ->
     """All dead ends in sight that may be doors by their sizes, the nearest first."""
     shortest = settings.min_side - settings.margin
     walls = [line for line in lines if line.length >= shortest]
-    turns = [_turns_left(one, other, settings) for one, other in pairwise(walls)]
+    between = abs(robot.laser.angle_increment)
+    turns = [_turns_left(one, other, between, settings) for one, other in pairwise(walls)]
     dead_ends = (index for index, (one, other) in enumerate(pairwise(turns)) if one and other)
     found = (_door(walls[index : index + 3], robot, settings) for index in dead_ends)
     return tuple(sorted((door for door in found if door), key=lambda door: door.distance))
 
 
-def _turns_left(first: Line, second: Line, settings: DoorSettings) -> bool:
+def _turns_left(first: Line, second: Line, between: float, settings: DoorSettings) -> bool:
     """Whether two successive walls, counter-clockwise, are joined by a right angle to the left.
 
-    Both corners of a dead end are so; an S-bend turns left and right.
+    Both corners of a dead end are so; an S-bend turns left and right. The wider the angle ``between`` two beams is, in
+    rad, the wider is the gap that their lines leave at the corner.
     """
-    joined = distance_between(first.end, second.start) <= settings.corner_gap
-    return joined and abs(math.remainder(second.direction - first.direction - RIGHT, math.tau)) <= settings.square
+    gap = max(settings.corner_gap, CORNER_BEAMS * between * norm(*first.end))
+    return (
+        distance_between(first.end, second.start) <= gap
+        and abs(math.remainder(second.direction - first.direction - RIGHT, math.tau)) <= settings.square
+    )
 
 
 def _door(walls: Sequence[Line], robot: RobotDescription, settings: DoorSettings) -> Door | None:

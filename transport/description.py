@@ -65,10 +65,14 @@ class Laser(Settings):
             raise ValueError(f"must have `range_min` ({self.range_min:g}) below `range_max` ({self.range_max:g})")
         return self
 
+    @property
+    def angle_increment(self) -> float:
+        """The angle from a beam to the next one, rad; negative where they follow one another clockwise."""
+        return (self.angle_max - self.angle_min) / (self.beams - 1)
+
     def geometry(self) -> ScanGeometry:
         """The beams as a scan describes them."""
-        increment = (self.angle_max - self.angle_min) / (self.beams - 1)
-        return ScanGeometry(self.beams, self.angle_min, increment, self.range_min, self.range_max)
+        return ScanGeometry(self.beams, self.angle_min, self.angle_increment, self.range_min, self.range_max)
 
     @property
     def mount(self) -> Pose:

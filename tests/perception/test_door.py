@@ -71,3 +71,17 @@ def test_all_dead_ends_in_sight_are_listed_the_nearest_first():
     assert len(doors) >= 1
     assert doors[0].width == pytest.approx(1.0, abs=0.03)
     assert [one.distance for one in doors] == sorted(one.distance for one in doors)
+
+
+@pytest.mark.parametrize("beams", [180, 360])
+def test_beams_that_are_far_apart_find_doors_too(beams):
+    """The lines of two walls leave out some beams at their corner."""
+    laser = PICO.laser.model_copy(update={"beams": beams, "angle_min": 0.0, "angle_max": math.tau * (1 - 1 / beams)})
+    robot = PICO.model_copy(update={"laser": laser})
+    rng = np.random.default_rng(beams)
+    found = {True: [], False: []}
+    for scene in scenes(np.random.default_rng([beams, 1]), 180):
+        seen = Perception(robot).facts(observe(scene.walls, scene.pose, robot, rng=rng)).door is not None
+        found[scene.is_door].append(seen)
+    assert sum(found[True]) >= 0.85 * len(found[True])
+    assert not any(found[False])

@@ -4,8 +4,8 @@ The lane is the strip between what is beside the robot, along the walls. As long
 measured; once nothing is seen in it any more, the end moves back as the robot moves on. The robot is outside when its
 rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may be
 beside the lane; a scan that failed does not end the walls. A hall deeper than the sensor's range, entered by a gate,
-looks the same as the outside; so a sensor that does not see as far as the largest open space is long must first have
-been carried on by the rest of that length, with nothing in the lane all the way.
+looks the same as the outside. So a sensor whose range is shorter than the largest open space must first have been
+carried on by the rest of that length, with nothing in the lane all the way.
 """
 
 from __future__ import annotations

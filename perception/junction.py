@@ -1,11 +1,11 @@
 """Junctions in a corridor: one value with everything known about a junction.
 
 A way is open where the robot's box fits into it, seen to be free: a rectangle a little wider than the robot that
-reaches some depth beyond the wall in which the gap is. Every beam that ends beyond a line parallel to the wall crosses
-that line at a known place; neighbouring beams that do so show a free stretch of it, and since what a sensor sees is
-star-shaped, the rectangle before a stretch wide enough is free where no hit lies in it. What is hidden behind a near
-corner is neither open nor closed but unknown. A recess less deep than the box, as between two walls that are offset, is
-no way, nor is one that is shallow and wider than any way: there the corridor only widens.
+reaches some depth beyond the wall in which the gap is. Every beam that ends beyond a line parallel to the wall
+crosses that line at a known place, and neighbouring beams that do so show a free stretch of it. What a sensor sees is
+star-shaped: the rectangle before a stretch that is wide enough is free where no hit lies in it. What is hidden behind
+a near corner is neither open nor closed but unknown. A recess less deep than the box, as between two walls that are
+offset, is no way, nor is one that is shallow and wider than any way: there the corridor only widens.
 
 The robot's surroundings are taken in the frame that is turned along the walls: x along the corridor, y to the left.
 """

@@ -7,7 +7,9 @@ decorator, and makes the others, with its help, when somebody compares, hashes o
 
 from __future__ import annotations
 
-from dataclasses import field, fields, make_dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -41,21 +43,37 @@ else:
         return made
 
 
-_ALONE: dict[str, dict[str, Any]] = {
-    "__repr__": {"repr": True, "eq": False},
-    "__eq__": {"repr": False, "eq": True},
-    "__hash__": {"repr": False, "eq": False, "unsafe_hash": True},
-}
-"""The options with which the standard decorator writes one function."""
+def _repr(owner: type) -> str:
+    shown = ", ".join(f"{one.name}={{self.{one.name}!r}}" for one in fields(owner) if one.repr)
+    return f"def __repr__(self):\n    return f'{{self.__class__.__qualname__}}({shown})'"
 
 
-def _at_first_use(owner: type, name: str) -> Any:
-    """A method that replaces itself by the one that the standard decorator writes."""
+def _eq(owner: type) -> str:
+    mine, others = (_parts(name, [one.name for one in fields(owner) if one.compare]) for name in ("self", "other"))
+    same = "other.__class__ is self.__class__"
+    return f"def __eq__(self, other):\n    return {mine} == {others} if {same} else NotImplemented"
+
+
+def _hash(owner: type) -> str:
+    counted = [one.name for one in fields(owner) if (one.compare if one.hash is None else one.hash)]
+    return f"def __hash__(self):\n    return hash({_parts('self', counted)})"
+
+
+def _parts(name: str, parts: Sequence[str]) -> str:
+    return f"({''.join(f'{name}.{part}, ' for part in parts)})"
+
+
+_TEXTS: dict[str, Callable[[type], str]] = {"__repr__": _repr, "__eq__": _eq, "__hash__": _hash}
+"""What the standard decorator would write, for each function."""
+
+
+def _at_first_use(owner: type, name: str) -> Callable[..., Any]:
+    """A method that replaces itself by the one that the standard decorator would have written."""
 
     def method(self: object, *others: object) -> object:
-        parts = [(one.name, object, field(repr=one.repr, compare=one.compare, hash=one.hash)) for one in fields(owner)]
-        twin = make_dataclass(owner.__name__, parts, init=False, namespace={"__doc__": owner.__doc__}, **_ALONE[name])
-        written = vars(twin)[name]
+        made: dict[str, Any] = {}
+        exec(_TEXTS[name](owner), made)
+        written = made[name] if name != "__repr__" else recursive_repr()(made[name])
         setattr(owner, name, written)
         return written(self, *others)
 

@@ -108,10 +108,10 @@ def test(
     Each property has a verdict: proved; violated, with a run that shows it; no violation in runs of a number of steps;
     or undecided, with the reason.
 
-    The exit status is 0 only if all scenarios pass, no property is violated, every property meets `--require`, the
-    coverage suffices, and with `--requirements` every requirement is covered; with `--mutate` only if every mutant is
-    killed or proved equivalent; with `--generate` only if the scenarios reach everything in the machine that is not
-    proved unreachable.
+    The exit status is 0 only if all scenarios pass, no property is violated, every property meets `--require`, and
+    the coverage suffices. With `--requirements` every requirement must be covered, too; with `--mutate` every mutant
+    must be killed or proved equivalent. With `--generate` the scenarios must reach everything in the machine that is
+    not proved unreachable.
 
     Example: `maze-machine test pledge --require proved`
 

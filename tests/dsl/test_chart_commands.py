@@ -26,7 +26,9 @@ LIFT = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="lif
     <state id="halted"><transition event="resume" target="before"/></state>
 </scxml>
 """
-SCRIPTED = LIFT.replace('<state id="halted">', '<state id="halted">\n        <onentry><script>x = 1</script></onentry>')
+SCRIPTED = LIFT.replace('name="lift"', 'name="lift" datamodel="null"').replace(
+    '<state id="halted">', '<state id="halted">\n        <onentry><script>x = 1</script></onentry>'
+)
 
 
 @pytest.fixture

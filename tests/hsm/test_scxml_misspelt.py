@@ -74,3 +74,28 @@ def test_an_attribute_without_a_value_is_named(element):
     for name in sorted(RULES[element].attributes - {"label", "version"}):
         text = document(WAYS[element], f'{name}=""')
         assert any(f"`{name}` of <{element}> is empty" in one.message for one in findings(text)), name
+
+
+@pytest.mark.parametrize(
+    ("body", "code", "words"),
+    [
+        ("<onentry><raise/></onentry>", "E0909", "<raise> needs `event`"),
+        ('<onentry><if><raise event="x"/></if></onentry>', "E0909", "<if> needs `cond`"),
+        ('<onentry><foreach array="[1]"/></onentry>', "E0909", "<foreach> needs `item`"),
+        ('<onentry><send event="x" delay="5"/></onentry>', "E0910", "`5` is a delay without a unit"),
+        ('<onentry><send event="x" delay="1 sec"/></onentry>', "E0910", "`1 sec` is not a delay"),
+        ('<datamodel><data id="n"/></datamodel>', "E0907", "two pieces of data are called `n`"),
+        ('<datamodel><data id="1n"/></datamodel>', "E0910", "`1n` is not a name for data"),
+        ('<datamodel><data expr="1"/></datamodel>', "E0909", "<data> needs `id`"),
+        ('<datamodel><data id="m" expr="1">5</data></datamodel>', "E0904", "exclude each other"),
+        ('<onentry><assign expr="1"/></onentry>', "E0909", "<assign> needs `location`"),
+        ('<onentry><if cond="true"><else/><elseif cond="true"/></if></onentry>', "E0903", "cannot follow <else>"),
+    ],
+)
+def test_what_is_missing_in_a_chart_with_data_is_named(body, code, words):
+    with pytest.raises(MachineError) as raised:
+        read_text(
+            '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
+            f'<datamodel><data id="n" expr="1"/></datamodel><state id="a">{body}</state></scxml>'
+        )
+    assert [(one.code, words in one.message) for one in raised.value.diagnostics] == [(code, True)]

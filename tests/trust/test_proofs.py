@@ -491,6 +491,27 @@ def test_what_is_not_followed_is_named(status_of, machine_of):
     assert "`*` of ahead" in verdict.reason
 
 
+def test_a_step_with_too_many_distinctions_is_not_decided(machine_of):
+    """Ten sums of unknown signals are compared; that ends by count, not by the clock."""
+    machine = machine_of(
+        """
+        property few : always w <= 3
+        property near : always d <= 1 m
+        event x
+        var d : length = 0 m
+        var w : int = 0
+        initial a
+        state a
+            on x if d < 1 m -> a / d += 0.1 m, w = w + steps
+            on x -> a / d = 0 m
+        """
+    )
+    verdicts = verdicts_of(machine)
+    assert verdicts["near"].status is Status.VIOLATED
+    assert verdicts["few"].status is Status.UNDECIDED
+    assert "distinctions" in verdicts["few"].reason
+
+
 def test_a_bound_is_called_a_bound(machine_of):
     machine = machine_of(TRUE_CLAIMS["the order of two conditions"])
     verdict = verdicts_of(machine, depth=1)["p"]

@@ -7,8 +7,8 @@ from typing import Protocol
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
 from hsm.interchange.scxml.data_use import SILENT
-from hsm.interchange.scxml.datamodel.content import seconds_of
-from hsm.interchange.scxml.datamodel.expressions import PROCESSORS, DataError
+from hsm.interchange.scxml.datamodel.content import is_delay, seconds_of
+from hsm.interchange.scxml.datamodel.expressions import PROCESSORS
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Action, Cancel, Raise, Send
 from hsm.model.diagnostics import Place
@@ -104,20 +104,12 @@ class NullModel:
         if target not in ("", "#_internal"):
             self.find("E0904", f"nothing can be sent to `{target}`", element.place, "a chart sends to itself only")
         event = self._required(element, "event")
-        delay = self._delay(attributes.get("delay", "0"), element.place)
-        if not event:
+        text = attributes.get("delay", "0")
+        if not event or not is_delay(text):
             return None
         if target == "#_internal":
             return Raise(event, element.place)
-        return Send(event, delay, attributes.get("id"), element.place)
-
-    def _delay(self, text: str, place: Place) -> float:
-        try:
-            return seconds_of(text)
-        except DataError:
-            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "not a delay"
-            self.find("E0910", f"`{text}` is {what}", place, "write it as in `1.5s` or `200ms`")
-            return 0.0
+        return Send(event, seconds_of(text), attributes.get("id"), element.place)
 
     def _required(self, element: Element, name: str) -> str | None:
         value = element.attributes.get(name)

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from hsm.interchange.scxml.data_use import all_of, has_data, uses_data
-from hsm.interchange.scxml.datamodel.content import CommunicationError
+from hsm.interchange.scxml.datamodel.content import NAME, CommunicationError
 from hsm.interchange.scxml.datamodel.expressions import DataError
 from hsm.interchange.scxml.datamodel.model import CHARTS, DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
@@ -429,7 +429,17 @@ class _Reader:
 
     def _data_names(self) -> list[str]:
         """The names of all data."""
-        return [one.attributes.get("id", "") for index in range(len(self.drafts)) for one in self._data_of(index)]
+        found: dict[str, Element] = {}
+        for one in (data for index in range(len(self.drafts)) for data in self._data_of(index)):
+            name = one.attributes.get("id", "")
+            if name in found:
+                related = (Related(found[name].place, "first used here"),)
+                self.find("E0907", f"two pieces of data are called `{name}`", one.place, "rename one of them", related)
+            elif name and not NAME.fullmatch(name):
+                hint = "use letters, digits and `_`, and no digit first"
+                self.find("E0910", f"`{name}` is not a name for data", one.place, hint)
+            found.setdefault(name, one)
+        return list(found)
 
     def _begun(self, index: int) -> tuple[Action, ...]:
         """The code that sets the data of a state: all at the start, or each on its first entry."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from difflib import get_close_matches
 
+from hsm.interchange.scxml.datamodel.content import is_delay
 from hsm.interchange.scxml.elements import Element
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
@@ -89,6 +90,15 @@ _VALUES = {
     ("transition", "type"): ("internal", "external"),
     ("history", "type"): ("shallow", "deep"),
 }
+_REQUIRED = {
+    "raise": ("event",),
+    "if": ("cond",),
+    "elseif": ("cond",),
+    "foreach": ("array", "item"),
+    "data": ("id",),
+    "assign": ("location",),
+    "param": ("name",),
+}
 _OPAQUE = ("content", "data", "assign")
 """The contents of these elements are always data."""
 
@@ -115,7 +125,17 @@ def breaches(top: Element) -> Iterator[Diagnostic]:
                 close = get_close_matches(child.tag, sorted(rule.children), 1)
                 hint = f"did you mean `{close[0]}`?" if close else "leave it out"
                 yield finding("E0903", child.place, f"<{child.tag}> is not supported", hint)
+        yield from _branches(element)
         pending.extend(reversed(element.children))
+
+
+def _branches(element: Element) -> Iterator[Diagnostic]:
+    """Branches of an ``if`` that follow its ``else``, which nothing reaches."""
+    tags = [child.tag for child in element.children]
+    if "else" in tags:
+        for child in element.children[tags.index("else") + 1 :]:
+            if child.tag in ("else", "elseif"):
+                yield finding("E0903", child.place, f"<{child.tag}> cannot follow <else>", "put <else> last")
 
 
 def _attributes(element: Element, rule: Rule) -> Iterator[Diagnostic]:
@@ -132,6 +152,16 @@ def _attributes(element: Element, rule: Rule) -> Iterator[Diagnostic]:
         elif value not in _VALUES.get((element.tag, name), (value,)):
             known = " or ".join(f"`{one}`" for one in _VALUES[element.tag, name])
             yield finding("E0910", element.place, f"`{name}` of <{element.tag}> is {known}, not `{value}`")
+    delay = element.attributes.get("delay", "0") if element.tag == "send" else "0"
+    if delay.strip() and not is_delay(delay):
+        what = "a delay without a unit" if delay.strip().replace(".", "", 1).isdecimal() else "not a delay"
+        yield finding("E0910", element.place, f"`{delay}` is {what}", "write it as in `1.5s` or `200ms`")
+    for name in _REQUIRED.get(element.tag, ()):
+        if name not in element.attributes:
+            yield finding("E0909", element.place, f"<{element.tag}> needs `{name}`")
+    if element.tag in ("data", "assign") and "expr" in element.attributes and element.text.strip():
+        message = f"<{element.tag}> has `expr` and a value in it, which exclude each other"
+        yield finding("E0904", element.place, message, "keep one of them")
     for first, second in rule.exclusive:
         both = first in element.attributes and (
             second in element.attributes or any(child.tag == second for child in element.children)

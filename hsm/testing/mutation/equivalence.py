@@ -28,12 +28,12 @@ from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
 from hsm.model.values import dataclass
 from hsm.testing.mutation.operators import Mutant
-from hsm.testing.proofs.diagrams import FALSE, Diagram
+from hsm.testing.proofs.diagrams import FALSE, Diagram, TooMany
 from hsm.testing.proofs.graph import FREE, Budget, Graph, deciding, events_of, unsupported
 from hsm.testing.proofs.points import CarriedEvent, Part, Place, Point
 from hsm.testing.proofs.regions import MIDDLE
 from hsm.testing.proofs.selections import Selections
-from hsm.testing.proofs.values import NoRun, TooMany, Undecided
+from hsm.testing.proofs.values import NoRun, Undecided
 from hsm.testing.scenarios.script import scripted_machine
 
 SECONDS = 30.0

@@ -15,6 +15,9 @@ from collections.abc import Iterator, Mapping
 FALSE = 0
 TRUE = 1
 
+MOST_NODES = 250_000
+"""Of the diagrams of one graph; those of the largest shipped machine have 40,000."""
+
 _TERMINAL = 1 << 62
 """In place of the symbol of ``FALSE`` and ``TRUE``: after all others."""
 
@@ -25,8 +28,12 @@ Interval = tuple[int | None, int | None]
 """At least, and below; None where there is no such bound."""
 
 
+class TooMany(Exception):  # noqa: N818 - how a proof ends early
+    """More paths or sets than the limit; with coarser regions there may be fewer."""
+
+
 class Diagrams:
-    """Makes and combines diagrams."""
+    """Makes and combines diagrams; raises `TooMany` where their nodes are more than the limit."""
 
     def __init__(self) -> None:
         self._symbol = [_TERMINAL, _TERMINAL]
@@ -148,6 +155,8 @@ class Diagrams:
         key = (symbol, bound, below, above)
         found = self._unique.get(key)
         if found is None:
+            if len(self._symbol) > MOST_NODES:
+                raise TooMany(f"more than {MOST_NODES:,} distinctions of values")
             found = self._unique[key] = len(self._symbol)
             self._symbol.append(symbol)
             self._bound.append(bound)

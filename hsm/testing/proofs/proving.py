@@ -13,11 +13,12 @@ from hsm.model.values import dataclass
 from hsm.testing.exploration.violations import search
 from hsm.testing.proofs.continuing import ending
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider
+from hsm.testing.proofs.diagrams import TooMany
 from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.possible import Possible, united
 from hsm.testing.proofs.regions import COARSE, FINE, MIDDLE, Precision
 from hsm.testing.proofs.slices import Slice, slices
-from hsm.testing.proofs.values import NoRun, TooMany, Undecided
+from hsm.testing.proofs.values import NoRun, Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, PropertyVerdict, Status
 from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.script import scripted_machine

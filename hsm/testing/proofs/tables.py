@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model, When
 from hsm.model.diagnostics import Diagnostic, Place
-from hsm.testing.proofs.diagrams import FALSE, Diagram
+from hsm.testing.proofs.diagrams import FALSE, Diagram, TooMany
 from hsm.testing.proofs.graph import Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.points import Part, Point
 from hsm.testing.proofs.points import Place as StepPlace
 from hsm.testing.proofs.regions import MIDDLE
 from hsm.testing.proofs.selections import Selections
-from hsm.testing.proofs.values import NoRun, TooMany, Undecided
+from hsm.testing.proofs.values import NoRun, Undecided
 from hsm.testing.scenarios.script import scripted_machine
 
 SECONDS = 30.0

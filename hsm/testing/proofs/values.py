@@ -424,10 +424,6 @@ class Arithmetic:
         return Derived(self._symbols.number("arithmetic", (operator, operands), kind))
 
 
-class TooMany(Exception):  # noqa: N818 - how a proof ends early
-    """More paths than the limit; with coarser regions there may be fewer."""
-
-
 class Undecided(Exception):  # noqa: N818 - an answer, not an error
     """A feature that proofs do not support; the message names it."""
 

@@ -25,7 +25,8 @@ from hsm.model.values import dataclass
 
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-_NAME = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+NAME = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+"""The names of data."""
 _LOCATION = re.compile(r"\s*([A-Za-z_$][A-Za-z0-9_$]*)((?:\.[A-Za-z_$][A-Za-z0-9_$]*)*)\s*")
 _STATEMENT = re.compile(r"(?:(?:var|let|const)\s+)?([A-Za-z_$][A-Za-z0-9_$]*)\s*=(?!=)\s*(.+)")
 _LONGEST_LOOP = 10_000
@@ -237,7 +238,7 @@ class Builder:
             if not isinstance(values, list) or len(values) > _LONGEST_LOOP:
                 raise DataError("`foreach` goes over a list")
             for name in (item, index):
-                if name is not None and (_NAME.fullmatch(name) is None or name in _SYSTEM):
+                if name is not None and (NAME.fullmatch(name) is None or name in _SYSTEM):
                     raise DataError(f"`{name}` is not a name for data")
             for name in (item, index):
                 if name is not None and name not in session.store.values:
@@ -366,6 +367,15 @@ def seconds_of(value: Any) -> float:
     if not math.isfinite(seconds):
         raise DataError(f"`{value}` is not a delay")
     return seconds
+
+
+def is_delay(text: str) -> bool:
+    """Whether a text is a delay."""
+    try:
+        seconds_of(text)
+    except DataError:
+        return False
+    return True
 
 
 def _check_processor(kind: Any) -> None:

@@ -23,7 +23,7 @@ from transport.description import Point, RobotDescription
 
 RIGHT = math.pi / 2
 CORNER_BEAMS = 8
-"""The lines of two walls leave out at most so many beams at their corner."""
+"""The lines of two walls leave out at most this many beams at their corner."""
 
 
 @dataclass(frozen=True, slots=True)

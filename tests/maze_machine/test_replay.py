@@ -121,9 +121,12 @@ def test_a_recording_becomes_a_page(finish, recorded, tmp_path):
 
 def frames_of(page):
     """The frames in a page, complete again."""
-    packed = page.partition('<script id="frames" type="text/plain">')[2].partition("<")[0]
+    packed = (
+        page.partition(f'<script id="{part}" type="text/plain">')[2].partition("<")[0] for part in ("frames", "more")
+    )
+    lines = [line for one in packed for line in gzip.decompress(base64.b64decode(one)).splitlines()]
     found, before = [], {}
-    for line in gzip.decompress(base64.b64decode(packed)).splitlines():
+    for line in lines:
         said = json.loads(line)
         gone = said.pop("gone", ())
         before = {**({} if said.pop("whole", False) else before), **said}

@@ -573,10 +573,11 @@ def test_an_answer_that_comes_too_late_is_a_violation(machine_of, time, violated
     script = Script({"space.left": False})
     run = machine.start(facts=script)
     monitor = Monitor(run)
-    assert not monitor.look(script, run.step(0.0, (), script))
-    assert not monitor.look(script, run.step(0.9, (), script))
+    for tick in range(10):
+        assert not monitor.look(script, run.step(tick / 10, (), script))
     script.signals = {"space.left": True}
-    assert bool(monitor.look(script, run.step(time, (), script))) is violated
+    found = monitor.look(script, run.step(time, (), script))
+    assert [one.property.name for one in found if not one.assumed] == ["p"] * violated
 
 
 # Strong.

@@ -93,8 +93,7 @@ class Generator:
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
         self._calls: dict[int, tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]] = {}
-        self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
-        self._arguments: dict[int, tuple[tuple[Expression, ...], Callable[..., tuple[Any, ...]]]] = {}
+        self._functions: dict[int, tuple[object, Callable[..., Any]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
@@ -291,24 +290,23 @@ class Generator:
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
         """A function of ``(f, m, v, c)`` that returns the values of expressions, made once for each tuple object."""
-        found = self._arguments.get(id(expressions))
-        if found is None:
-            writer = _Writer()
-            writer.add(0, "def run(f, m, v, c):")
-            writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
-            # The tuple is kept with its function, so that its id remains its own.
-            found = self._arguments[id(expressions)] = expressions, self._written(writer, "run")
-        return found[1]
+        return self._once(
+            expressions, lambda writer: f"({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})"
+        )
 
     def test(self, condition: Expression) -> Callable[..., Any]:
         """A function of ``(f, m, v, c)`` that returns the value of a condition, made once for each condition object."""
-        found = self._tests.get(id(condition))
+        return self._once(condition, lambda writer: self._inline(writer, condition))
+
+    def _once(self, of: object, code: Callable[[_Writer], str]) -> Callable[..., Any]:
+        """The function that returns what some code says, made once for an object."""
+        found = self._functions.get(id(of))
         if found is None:
             writer = _Writer()
             writer.add(0, "def run(f, m, v, c):")
-            writer.add(1, f"return {self._inline(writer, condition)}")
-            # The condition is kept with its function, so that its id remains its own.
-            found = self._tests[id(condition)] = condition, self._written(writer, "run")
+            writer.add(1, f"return {code(writer)}")
+            # The object is kept with its function, so that its id remains its own.
+            found = self._functions[id(of)] = of, self._written(writer, "run")
         return found[1]
 
     def slot(self, call: SignalValue) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
@@ -12,8 +12,9 @@ from hsm.interchange.scxml.datamodel.expressions import PROCESSORS
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Action, Cancel, Raise, Send
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import Active, Binary, Expression, Unary
+from hsm.model.expressions import Active, Expression
 from hsm.model.messages import Store
+from hsm.model.rewriting import parts_of
 from hsm.model.values import dataclass
 
 
@@ -57,7 +58,7 @@ class NullModel:
             hint = "declare the data in a <datamodel>, or combine In('state') by and, or, not"
             self.find("E0905", f"this condition is not supported: {error}", element.place, hint)
             return None
-        self.check(list(_states_named(guard)), element.place)
+        self.check([part.state for part in parts_of(guard) if isinstance(part, Active)], element.place)
         return guard
 
     def begin(self, _elements: Iterable[Element], _state: int, *, first: bool) -> tuple[Action, ...]:
@@ -126,17 +127,6 @@ class NullModel:
                     else "leave it out"
                 )
                 self.find("E0904", f"`{name}` of <{element.tag}> is not supported", element.place, hint)
-
-
-def _states_named(guard: Expression) -> Iterator[str]:
-    match guard:
-        case Active(state):
-            yield state
-        case Unary(_, operand):
-            yield from _states_named(operand)
-        case Binary(_, left, right):
-            yield from _states_named(left)
-            yield from _states_named(right)
 
 
 _DATA = 'declare the data model of the chart: `datamodel="ecmascript"`'

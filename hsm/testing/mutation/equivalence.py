@@ -26,20 +26,14 @@ from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import EventValue, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
-from hsm.model.values import dataclass
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.diagrams import FALSE, Diagram, TooMany
-from hsm.testing.proofs.graph import FREE, Budget, Graph, deciding, events_of, unsupported
+from hsm.testing.proofs.graph import FREE, deciding, events_of
+from hsm.testing.proofs.places import Places, places
 from hsm.testing.proofs.points import CarriedEvent, Part, Place, Point
-from hsm.testing.proofs.regions import MIDDLE
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import NoRun, Undecided
 from hsm.testing.scenarios.script import scripted_machine
-
-SECONDS = 30.0
-"""The limit of processor time for the places of a machine."""
-
-LOCATIONS = 20_000
 
 
 class Equivalence:
@@ -64,41 +58,11 @@ class Equivalence:
             return False
 
     @cached_property
-    def _known(self) -> _Places | None:
-        return _places(self._machine)
-
-
-@dataclass(frozen=True, slots=True)
-class _Places:
-    """All places that a machine can come to, each with the signals that lead there."""
-
-    graph: Graph
-    reached: dict[Place, Diagram]
-
-    @property
-    def resting(self) -> frozenset[int]:
-        """The states that are active between two steps."""
-        configuration = self.graph.machine.configuration
-        return frozenset(
-            state for one in self.graph.locations if one.outcome is None for state in configuration(one.leaves).active
-        )
-
-
-def _places(machine: Machine) -> _Places | None:
-    """The places of a machine; None where not all are known."""
-    model = machine.model
-    if model.defers_events() or model.members or unsupported(model) is not None:
-        return None
-    try:
-        free = [FREE] * len(model.parameters)
-        graph = Graph(machine, free, [], events_of(model), precision=MIDDLE, forgetful=False)
-        graph.stepper.reached = {}
-        graph.build(Budget(SECONDS, LOCATIONS))
-    except (NoRun, Undecided, TooMany):
-        return None
-    if not graph.complete or graph.failures:
-        return None
-    return _Places(graph, graph.stepper.reached)
+    def _known(self) -> Places | None:
+        model = self._machine.model
+        if model.defers_events() or model.members:
+            return None
+        return places(self._machine, [FREE] * len(model.parameters))
 
 
 def _alike(one: Model, other: Model) -> bool:
@@ -154,7 +118,7 @@ class _Comparison:
         other: the mutant, scripted.
     """
 
-    def __init__(self, known: _Places, other: Machine) -> None:
+    def __init__(self, known: Places, other: Machine) -> None:
         self._known = known
         self._machine = known.graph.machine
         self._other = other

@@ -7,24 +7,18 @@ the graph of the whole machine comes to: with what its variables may be there, a
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model, When
 from hsm.model.diagnostics import Diagnostic, Place
-from hsm.testing.proofs.diagrams import FALSE, Diagram, TooMany
-from hsm.testing.proofs.graph import Budget, Graph, events_of, unsupported
+from hsm.model.values import dataclass
+from hsm.testing.proofs.diagrams import FALSE, Diagram
+from hsm.testing.proofs.places import places
 from hsm.testing.proofs.points import Part, Point
 from hsm.testing.proofs.points import Place as StepPlace
-from hsm.testing.proofs.regions import MIDDLE
 from hsm.testing.proofs.selections import Selections
-from hsm.testing.proofs.values import NoRun, Undecided
 from hsm.testing.scenarios.script import scripted_machine
-
-SECONDS = 30.0
-"""The limit of processor time for the places of a machine."""
-
-LOCATIONS = 20_000
 
 OVERLAP = "N0701"
 GAP = "N0702"
@@ -76,19 +70,13 @@ def tables(machine: Machine | Model) -> Tables | None:
     """What the steps of a machine may meet, with the default values of its parameters; None where not all are known."""
     ready = scripted_machine(machine)
     model = ready.model
-    if unsupported(model) is not None or any(one.required for one in model.parameters):
+    if any(one.required for one in model.parameters):
         return None
-    try:
-        defaults = [one.default for one in model.parameters]
-        graph = Graph(ready, defaults, [], events_of(model), precision=MIDDLE, forgetful=False)
-        graph.stepper.reached = {}
-        graph.build(Budget(SECONDS, LOCATIONS))
-    except (NoRun, Undecided, TooMany):
+    known = places(ready, [one.default for one in model.parameters])
+    if known is None:
         return None
-    if not graph.complete or graph.failures:
-        return None
-    found, selections = Tables(), Selections(ready, graph.evaluator)
-    for place, among in graph.stepper.reached.items():
+    found, selections = Tables(), Selections(ready, known.graph.evaluator)
+    for place, among in known.reached.items():
         if _looks(place):
             _note(found, selections, ready, place[1], among)
     return found

@@ -2,7 +2,7 @@
 
 Machine and mutant begin in the same state. As long as both take the same transitions with the same effects, they stay
 in the same state. So it is enough to compare what the two select, and what that does, at every place within a step that
-the machine itself can come to, for all signals that lead there. Places and signals are those of the proofs
+the machine itself can come to, for all signals that lead there. ReachedPlaces and signals are those of the proofs
 (``hsm.testing.proofs``), for any values of the parameters; where not all are known, nothing is proved. Expressions over
 several unknown values count as alike only where they are the same expression.
 
@@ -29,7 +29,7 @@ from hsm.model.topology import HISTORY
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.diagrams import FALSE, Diagram, TooMany
 from hsm.testing.proofs.graph import FREE, deciding, events_of
-from hsm.testing.proofs.places import Places, places
+from hsm.testing.proofs.places import ReachedPlaces, reached_places
 from hsm.testing.proofs.points import CarriedEvent, Part, Place, Point
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import NoRun, Undecided
@@ -58,11 +58,11 @@ class Equivalence:
             return False
 
     @cached_property
-    def _known(self) -> Places | None:
+    def _known(self) -> ReachedPlaces | None:
         model = self._machine.model
         if model.defers_events() or model.members:
             return None
-        return places(self._machine, [FREE] * len(model.parameters))
+        return reached_places(self._machine, [FREE] * len(model.parameters))
 
 
 def _alike(one: Model, other: Model) -> bool:
@@ -118,7 +118,7 @@ class _Comparison:
         other: the mutant, scripted.
     """
 
-    def __init__(self, known: Places, other: Machine) -> None:
+    def __init__(self, known: ReachedPlaces, other: Machine) -> None:
         self._known = known
         self._machine = known.graph.machine
         self._other = other

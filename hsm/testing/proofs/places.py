@@ -20,7 +20,7 @@ LOCATIONS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
+class ReachedPlaces:
     """All places that a machine can come to, each with the signals that lead there."""
 
     graph: Graph
@@ -35,7 +35,7 @@ class Places:
         )
 
 
-def places(machine: Machine, parameters: Sequence[Any]) -> Places | None:
+def reached_places(machine: Machine, parameters: Sequence[Any]) -> ReachedPlaces | None:
     """The places of a machine; None where not all are known.
 
     Args:
@@ -51,4 +51,4 @@ def places(machine: Machine, parameters: Sequence[Any]) -> Places | None:
         graph.build(Budget(SECONDS, LOCATIONS))
     except (NoRun, Undecided, TooMany):
         return None
-    return Places(graph, reached) if graph.complete and not graph.failures else None
+    return ReachedPlaces(graph, reached) if graph.complete and not graph.failures else None

@@ -14,7 +14,7 @@ from hsm.model.chart import Model, When
 from hsm.model.diagnostics import Diagnostic, Place
 from hsm.model.values import dataclass
 from hsm.testing.proofs.diagrams import FALSE, Diagram
-from hsm.testing.proofs.places import places
+from hsm.testing.proofs.places import reached_places
 from hsm.testing.proofs.points import Part, Point
 from hsm.testing.proofs.points import Place as StepPlace
 from hsm.testing.proofs.selections import Selections
@@ -72,7 +72,7 @@ def tables(machine: Machine | Model) -> Tables | None:
     model = ready.model
     if any(one.required for one in model.parameters):
         return None
-    known = places(ready, [one.default for one in model.parameters])
+    known = reached_places(ready, [one.default for one in model.parameters])
     if known is None:
         return None
     found, selections = Tables(), Selections(ready, known.graph.evaluator)

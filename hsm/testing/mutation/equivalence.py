@@ -2,7 +2,7 @@
 
 Machine and mutant begin in the same state. As long as both take the same transitions with the same effects, they stay
 in the same state. So it is enough to compare what the two select, and what that does, at every place within a step that
-the machine itself can come to, for all signals that lead there. ReachedPlaces and signals are those of the proofs
+the machine itself can come to, for all signals that lead there. Places and signals are those of the proofs
 (``hsm.testing.proofs``), for any values of the parameters; where not all are known, nothing is proved. Expressions over
 several unknown values count as alike only where they are the same expression.
 

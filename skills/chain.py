@@ -52,7 +52,7 @@ class MotionChain:
 def reach_of(robot: RobotDescription, settings: SafetySettings) -> float:
     """How far from the sensor points matter to the guard, m: at least so far that the robot can still stop.
 
-    A point that comes within reach is seen a period later at the latest, and the robot then brakes with its margin kept.
+    A point that comes within reach is seen a period later at the latest; braking from then on keeps the margin.
     """
     sensor = norm(robot.laser.mount_x, robot.laser.mount_y)
     approach = robot.limits.largest_speed * robot.period + robot.stopping_distance

@@ -124,8 +124,9 @@ class RobotDescription(Settings):
         laser, radius, needed = self.laser, self.radius, self.radius + self.stopping_distance
         if norm(laser.mount_x, laser.mount_y) > radius + 1e-6:
             raise ValueError(
-                f"has its laser at ({laser.mount_x:g}, {laser.mount_y:g}) m, outside the circle of {radius:.3g} m that its "
-                "footprint sweeps: the laser is a part of the robot, so correct `laser.mount_x`, `laser.mount_y` or `footprint`"
+                f"has its laser at ({laser.mount_x:g}, {laser.mount_y:g}) m, outside the circle of {radius:.3g} m that "
+                "its footprint sweeps: the laser is a part of the robot, so correct `laser.mount_x`, `laser.mount_y` "
+                "or `footprint`"
             )
         if laser.range_max < needed:
             raise ValueError(

@@ -38,7 +38,7 @@ IDLE = -inf
 
 _ARMED = 1.0
 _FAR = 1e-6
-"""A deadline that is farther away than this, s, and than some spacings of floats, has not come, however times are rounded."""
+"""A deadline farther away than this, s, and than some spacings of floats, has not come, however times are rounded."""
 
 
 _TIMED = (Recurrence, Response)

@@ -141,7 +141,10 @@ def perceived(generator):
     yield "perception.points_of", ranges, *generator.uniform(-1, 1, (2, len(ranges))), place
     hit = ranges[beams]
     yield "perception.any_nearer", ranges[beams], float(generator.uniform(0, 1))
+    yield "perception.all_hit", ranges if generator.random() < 0.5 else ranges[beams]
+    outline = tuple(map(tuple, generator.uniform(-1, 1, (int(generator.integers(1, 9)), 2)).tolist()))
     first, last = generator.uniform(-4, 4, 2).tolist()
+    yield "perception.extent_along", outline, (math.cos(first), math.sin(first))
     ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
     yield "perception.out_of_view", points, place, ends, float(generator.uniform(0, 6))
     yield "perception.runs_of", points, hit, beams, (step / 0.2, 0.1, int(generator.integers(0, 4)))

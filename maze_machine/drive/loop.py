@@ -1,4 +1,4 @@
-"""The loop that runs a machine on a robot, tick by tick: communicate, prepare, coordinate, act, communicate, watch, log."""
+"""The loop that runs a machine on a robot: communicate, prepare, coordinate, act, communicate, watch, log."""
 
 from __future__ import annotations
 

@@ -132,6 +132,23 @@ class TestMapsOfMappingTools:
             len(read_maze(file, Choices(start=Start(Pose(1.1, 0.6, 0.0))), radius=RobotDescription().radius).walls) == 8
         )
 
+    @pytest.mark.parametrize(
+        ("name", "text"),
+        [
+            ("map.yaml", "{image: map.png, resolution: 0.1, origin: [-1, -0.5, 0]}"),
+            ("map.json", '{"image": "map.png",\n"resolution": 0.1, "origin": [-1, -0.5, 0]}'),
+            ("map.yaml", "image: maps\\map.png\nresolution: 0.1\norigin:\n  - -1\n  - -0.5\n  - 0\n"),
+        ],
+        ids=["in one line", "as JSON", "with a path of Windows"],
+    )
+    def test_a_description_is_any_yaml(self, tmp_path, name, text):
+        described(tmp_path, room())
+        (tmp_path / "maps").mkdir()
+        (tmp_path / "map.png").rename(tmp_path / "maps" / "map.png" if "maps" in text else tmp_path / "map.png")
+        (tmp_path / name).write_text(text)
+        maze = read_maze(tmp_path / name, radius=RobotDescription().radius)
+        assert maze.bounds[:2] == pytest.approx((-1.0, -0.5))
+
     def test_a_robot_that_touches_the_edge_of_the_unknown_is_told_so(self):
         maze = replace(read_maze(ROOMS, radius=RobotDescription().radius), start=Start(Pose(-0.5, -0.375, math.pi)))
         robot = SimulatedRobot(maze)
@@ -216,6 +233,10 @@ class TestTheCoursesObjects:
         # It is turned by a right angle, so that its length goes along y.
         assert np.abs(np.asarray(thing.outline)).max(axis=0) == pytest.approx([0.25, 0.5])
         assert maze.start.pose == Pose(0.2, -0.3, 0.5)
+
+    def test_one_without_velocity_stands(self, tmp_path):
+        (thing,) = self.read(tmp_path, {"objects": [{**CONFIG["objects"][0], "velocity": 0.0}]}).objects
+        assert thing.path == ((3.0, -2.0),)
 
     def test_a_chosen_start_goes_first(self, tmp_path):
         (tmp_path / "config.json").write_text(json.dumps(CONFIG))

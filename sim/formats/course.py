@@ -1,8 +1,9 @@
 """The JSON file beside a map of the course's simulator: moving objects and the robot's start.
 
 ``objects`` are boxes with ``length`` along x, ``width`` along y, ``init_pose`` and ``final_pose`` (x, y, heading),
-``velocity`` (0 for one that stands), ``trigger_radius`` and ``repeat``; ``initial_pose`` is the robot's. The file's other keys choose noise,
-speed limits and what the simulator shows; here those are settings of the simulator, and the keys are not read.
+``velocity``, ``trigger_radius`` and ``repeat``; without velocity a box does not move. ``initial_pose`` is the robot's.
+The file's other keys choose noise, speed limits and what the simulator shows; here those are settings of the
+simulator, and the keys are not read.
 """
 
 from __future__ import annotations

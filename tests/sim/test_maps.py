@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from sim.formats import Choices, Grey, read_maze, write_maze
-from sim.formats.chosen import opened
+from sim.formats.chosen import OPENED, opened
 from sim.formats.image import Picture, areas
 from sim.formats.ros_map import Description, occupied_and_free
 from sim.maze import Leave, Maze, MazeError, Nothing, Reach, Start, Survive
@@ -234,7 +234,7 @@ class TestTheCoursesObjects:
         assert np.abs(np.asarray(thing.outline)).max(axis=0) == pytest.approx([0.25, 0.5])
         assert maze.start.pose == Pose(0.2, -0.3, 0.5)
 
-    def test_one_without_velocity_stands(self, tmp_path):
+    def test_one_without_velocity_does_not_move(self, tmp_path):
         (thing,) = self.read(tmp_path, {"objects": [{**CONFIG["objects"][0], "velocity": 0.0}]}).objects
         assert thing.path == ((3.0, -2.0),)
 
@@ -323,6 +323,18 @@ class TestWhatIsChosen:
         assert len(maze.exits) == 1
         assert shortest_way(maze, radius=RobotDescription().radius) is not None
 
+    @pytest.mark.parametrize("x", [0.85, 0.9, 1.0, 1.1, 1.15])
+    def test_a_chosen_exit_leads_through_a_thick_wall_wherever_in_it_it_lies(self, tmp_path, x):
+        grid = room()
+        grid[18:30, 19:21], grid[:, 21:] = 0, 205
+        file = described(tmp_path, grid, origin=[-1.0, -0.5, 0])
+        choices = Choices(exits=(((x, -0.2), (x, 0.3)),), start=Start(Pose(0.0, 0.0, 0.0)))
+        maze = read_maze(file, choices, radius=0.15)
+        way = shortest_way(maze, radius=0.15)
+        assert way == pytest.approx(x, abs=0.4)
+        with pytest.raises(MazeError, match=r"only about 0\.5"):
+            read_maze(file, choices, radius=0.3)
+
     def test_a_chosen_exit_replaces_the_files(self):
         maze = read_maze(
             MAZES / "cells.txt", Choices(exits=(((4.0, 3.0), (4.0, 4.0)),)), radius=RobotDescription().radius
@@ -349,7 +361,7 @@ class TestWhatIsChosen:
         along = (points - [gx, gy]) @ [ex, ey]
         aside = (points - [gx, gy]) @ [-ey, ex]
         for point, u, v in zip(points, along, aside, strict=True):
-            depth = min(u, length - u, 0.15 - abs(v))
+            depth = min(u, length - u, OPENED - abs(v))
             away = min((_distance(point, piece) for piece in kept), default=math.inf)
             if depth > 1e-3:
                 assert away > 1e-6

@@ -46,10 +46,13 @@ class Holonomic(Settings):
         Where the limit of speed holds for the norm, the translation is scaled and keeps its direction; where it holds
         for each axis, each axis is cut on its own. The rotation is cut.
         """
+        speed = twist.speed
+        if limits.translation == "norm" and speed <= limits.speed and abs(twist.turn) <= limits.turn_rate:
+            return twist
         turn = _cut(twist.turn, limits.turn_rate)
         if limits.translation == "axis":
             return Twist(_cut(twist.forward, limits.speed), _cut(twist.left, limits.speed), turn)
-        share = _share(limits.speed, twist.speed)
+        share = _share(limits.speed, speed)
         return Twist(share * twist.forward, share * twist.left, turn)
 
     def towards(self, before: Twist, wanted: Twist, limits: Limits, duration: float) -> Twist:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Annotated, Self, TypeVar
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
@@ -92,6 +93,12 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 )
 
 
+@lru_cache(maxsize=16)
+def _extents(footprint: tuple[Point, ...]) -> tuple[float, float]:
+    """How far a footprint reaches from its origin, and how far to a side, m."""
+    return max(norm(x, y) for x, y in footprint), max(abs(y) for _, y in footprint)
+
+
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
@@ -147,12 +154,12 @@ class RobotDescription(Settings):
     @property
     def radius(self) -> float:
         """Radius of the circle about the robot's origin that its footprint sweeps when it rotates, m."""
-        return max(norm(x, y) for x, y in self.footprint)
+        return _extents(self.footprint)[0]
 
     @property
     def half_width(self) -> float:
         """Largest extent to a side, m."""
-        return max(abs(y) for _, y in self.footprint)
+        return _extents(self.footprint)[1]
 
     def limited(self, twist: Twist) -> Twist:
         """The velocity that the base makes of a command."""

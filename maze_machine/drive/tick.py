@@ -31,11 +31,12 @@ class Phases(NamedTuple):
     coordinate: float
     act: float
     command: float
+    watch: float
 
     @property
     def thinking(self) -> float:
         """What the controller itself took: all but waiting for the robot, s."""
-        return self.prepare + self.coordinate + self.act
+        return self.prepare + self.coordinate + self.act + self.watch
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def run(*arguments):
     ("arguments", "status", "told"),
     [
         (["plegde"], 3, "there is no machine `plegde`; did you mean `pledge`?"),
-        (["zzzz"], 3, "shipped machines: "),
+        (["zzzz"], 3, "known machines: "),
         (["nothing.maze-machine"], 3, "there is no machine `nothing.maze-machine`"),
         (["pledge", "--maze", "final_2051"], 3, "did you mean `final_2015`?"),
         (["pledge", "--maze", "nothing.pgm"], 3, "there is no maze `nothing.pgm`"),

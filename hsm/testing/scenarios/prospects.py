@@ -13,7 +13,7 @@ from typing import Any
 from hsm.engine.explanation import Considered, Verdict, by_transition
 from hsm.engine.occurrences import event_text
 from hsm.engine.snapshots import SnapshotError
-from hsm.model.chart import Defer, Held, Model, On, Timed, Transition
+from hsm.model.chart import Defer, Held, On, Timed, Transition
 from hsm.model.expressions import Binary, EventValue, Expression, Literal, Unary, VariableValue
 from hsm.model.faults import MachineFault
 from hsm.model.messages import Occurrence
@@ -125,13 +125,11 @@ def _lines(driver: Driver, transition: Transition, last: Considered | None) -> I
         for event in _events(driver, transition, name):
             yield f"when event {event}", (event,), {}, driver.tick
         for state, performed in driver.doing.items():
-            call = model.states[driver.machine.indices[state]].activity
-            if call is not None and name in call.activity.outcomes and _within(model, transition.source, state, driver):
+            index = driver.machine.indices[state]
+            call = model.states[index].activity
+            heard = index in model.states[transition.source].subtree
+            if heard and call is not None and name in call.activity.outcomes:
                 yield f"when {performed.name} reports {name}", (), {state: name}, driver.tick
-
-
-def _within(model: Model, source: int, state: str, driver: Driver) -> bool:
-    return source <= driver.machine.indices[state] <= max(model.states[source].last, source)
 
 
 def _events(driver: Driver, transition: Transition, name: str) -> Iterator[str]:

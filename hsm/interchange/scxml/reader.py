@@ -468,7 +468,7 @@ class _Reader:
         for targets, place in several:
             for number, target in enumerate(targets):
                 for other in targets[:number]:
-                    around = next(one for one in topology.up(target) if one == other or topology.inside(other, one))
+                    around = next(one for one in topology.up(target) if other in model.states[one].subtree)
                     if model.states[around].kind is not StateKind.PARALLEL and place is not None:
                         pair = f"`{model.states[other].name}` and `{model.states[target].name}`"
                         self.find("E0911", f"{pair} cannot be active together", place)

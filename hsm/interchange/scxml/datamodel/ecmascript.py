@@ -45,7 +45,7 @@ def _truth(value: Any) -> bool:
 
 
 def _to_number(value: Any) -> int | float:
-    """The conversion ToNumber; a text that is no number gives NaN."""
+    """The conversion ToNumber; a text that is not a number gives NaN."""
     if isinstance(value, bool):
         return int(value)
     if isinstance(value, int | float):
@@ -290,7 +290,7 @@ class EcmaScriptLanguage(Language):
         return lambda env: isinstance(operand(env), _CLASSES[name])
 
     def unary(self, depth: int) -> Evaluate:
-        """An operand with what stands before it."""
+        """An operand with the operators before it."""
         sign = self.take("!", "-", "+", "typeof")
         if sign is None:
             return self.postfix(depth)
@@ -305,7 +305,7 @@ class EcmaScriptLanguage(Language):
         return lambda env: finite(_to_number(operand(env)))
 
     def _typeof(self, depth: int) -> Evaluate:
-        """The kind of a value; a name that stands for no data is no error here."""
+        """The kind of a value; a name without data is not an error here."""
         before = self.left[:2]
         operand = self.unary(self.deeper(depth))
         name = str(before[0].value) if before and before[0].kind == "name" else None

@@ -72,7 +72,7 @@ class Language(ABC):
     Attributes:
         beyond: the words and marks that mean something in the language and are not in the subset.
         constants: the words for constants.
-        reserved: the words that are no names.
+        reserved: the words that cannot be names.
         functions: the functions of the subset.
         methods: the methods of the subset; the owner is the first argument.
     """
@@ -105,7 +105,7 @@ class Language(ABC):
         """The value of a literal: a number, a text, a constant, or a list or object of those.
 
         Raises:
-            InvalidExpressionError: it is no expression.
+            InvalidExpressionError: it is not an expression.
             UnsupportedError: it is another expression.
         """
         marks = [str(one.value) for one in tokens_of(text, cls.beyond) if one.kind == "mark"]
@@ -134,10 +134,10 @@ class Language(ABC):
     @staticmethod
     @abstractmethod
     def number(value: Any) -> int | float:
-        """The number that a value stands for in arithmetic.
+        """The number that arithmetic takes for a value.
 
         Raises:
-            DataError: it stands for none.
+            DataError: there is none.
         """
 
     @staticmethod
@@ -349,7 +349,7 @@ def finite(value: Any) -> Any:
 
 
 def undeclared(env: Environment, name: str) -> bool:
-    """Whether a name stands for no data and no constant of the chart."""
+    """Whether a name is neither data nor a constant of the chart."""
     return name not in env.store.values and name not in env.system and name != "_event"
 
 

@@ -105,7 +105,7 @@ class PythonLanguage(Language):
 
     @staticmethod
     def number(value: Any) -> int | float:
-        """Numbers stand for themselves, True for 1 and False for 0."""
+        """Numbers are taken as they are, True as 1 and False as 0."""
         if isinstance(value, int | float):
             return value
         raise DataError(f"{value!r:.40} is not a number")
@@ -172,7 +172,7 @@ class PythonLanguage(Language):
         return lambda env: not operand(env)
 
     def _comparison(self, depth: int) -> Evaluate:
-        """A value, or values between which comparisons stand that must all hold."""
+        """A value, or a chain of comparisons, which must all hold."""
         operands, compares = [self.sum(depth)], []
         while name := self._comparing():
             compares.append(_COMPARE[name])

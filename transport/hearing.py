@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import takewhile
 from typing import NamedTuple
 
 from transport.bus import Bus
@@ -65,14 +66,47 @@ def heard_instead(bus: Bus, keys: RobotKeys) -> str:
 
 
 def _settings(topics: list[Topic], keys: RobotKeys) -> list[str]:
-    """The settings with which the scan would be found, where one of the topics is called as it is."""
-    name = keys.settings.scan.strip("/")
-    found = [topic for topic in topics if topic.path == name or topic.path.endswith(f"/{name}")]
+    """The settings with which scan and odometry would be found, where topics are called or typed as theirs are."""
+    own = keys.settings.scan.strip("/"), keys.settings.odometry.strip("/")
+    scans = _like(topics, own[0], "LaserScan_", ("scan", "laser"))
+    odometries = _like(topics, own[1], "Odometry_", ("odom",))
+    found = [
+        (scan, _names(scan.path, odometry.path, own))
+        for scan in scans
+        for odometry in odometries or [scan._replace(path=f"{_above(scan.path, own[0])}/{own[1]}".strip("/"))]
+        if scan[:2] == odometry[:2]
+    ]
     if not found:
         return []
-    topic, link = found[0], keys.settings
-    namespace = topic.path.removesuffix(name).strip("/")
-    wanted = [("link.keys", topic.keys, link.keys), ("robot.namespace", namespace, keys.namespace)]
-    if topic.keys == "rmw_zenoh":
-        wanted.append(("link.domain", str(topic.domain), str(link.domain)))
+    scan, (namespace, *names) = min(found, key=lambda one: one[1][1:] != own)
+    wanted = [("link.keys", scan.keys, keys.settings.keys), ("robot.namespace", namespace, keys.namespace)]
+    if scan.keys == "rmw_zenoh":
+        wanted.append(("link.domain", str(scan.domain), str(keys.settings.domain)))
+    wanted += zip(("link.scan", "link.odometry"), names, own, strict=True)
     return [f"{setting}={there}" for setting, there, here in wanted if there != here]
+
+
+def _like(topics: list[Topic], name: str, kind: str, words: tuple[str, ...]) -> list[Topic]:
+    """The topics with a name, below any namespace; if none, those of its type, or with a word in their last part."""
+    named = [topic for topic in topics if f"/{topic.path}".endswith(f"/{name}")]
+    return named or [
+        topic
+        for topic in topics
+        if (topic.kind.endswith(kind) if topic.kind else any(word in topic.path.split("/")[-1] for word in words))
+    ]
+
+
+def _above(path: str, name: str) -> str:
+    """What is above a name in a path; above its last part where it ends with another name."""
+    return path.removesuffix(name).strip("/") if f"/{path}".endswith(f"/{name}") else path.rpartition("/")[0]
+
+
+def _names(scan: str, odometry: str, own: tuple[str, str]) -> tuple[str, str, str]:
+    """The namespace of a scan and an odometry, and their names below it: their own names where they fit."""
+    namespace = _above(scan, own[0])
+    if tuple(f"{namespace}/{name}".strip("/") for name in own) == (scan, odometry):
+        return namespace, *own
+    above = scan.split("/")[:-1], odometry.split("/")[:-1]
+    shared = [part for part, _ in takewhile(lambda both: both[0] == both[1], zip(*above, strict=False))]
+    start = len("/".join([*shared, ""]))
+    return "/".join(shared), scan[start:], odometry[start:]

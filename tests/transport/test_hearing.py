@@ -10,7 +10,7 @@ from transport.memory_bus import MemoryNetwork
 from transport.settings import LinkSettings
 
 TOKEN = "@ros2_lv/3/abc/0/1/{}/%/%bot/driver/%bot%scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_00/::,1:,:,:,,"
-SCAN = "sensor_msgs::msg::dds_::LaserScan_"
+SCAN, ODOMETRY = "sensor_msgs::msg::dds_::LaserScan_", "nav_msgs::msg::dds_::Odometry_"
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,23 @@ def test_topics_are_read_from_keys_and_from_tokens_of_publishers(key: str, topic
         (["bot/scan", "bot/odom"], "heard `bot/odom`, `bot/scan`; give --set robot.namespace=bot"),
         (["scan"], "heard `scan`; give --set robot.namespace="),
         (["camera/image"], "heard `camera/image`"),
+        (["toy/front/scan", "toy/odom"], "; give --set link.scan=front/scan"),
+        (
+            ["bot/base/odom", "bot/front/scan"],
+            "; give --set robot.namespace=bot --set link.scan=front/scan --set link.odometry=base/odom",
+        ),
+        (
+            ["lidar/laser", "wheels/odometry"],
+            "; give --set robot.namespace= --set link.scan=lidar/laser --set link.odometry=wheels/odometry",
+        ),
+        (["a/scan", "b/odom", "b/scan"], "; give --set robot.namespace=b"),
+        (["b/laser"], "heard `b/laser`; give --set robot.namespace=b --set link.scan=laser"),
+        (["toy/odom", "toy/scan"], "heard `toy/odom`, `toy/scan`"),
         ([f"3/toy/scan/{SCAN}/RIHS01_00"], f"`toy/scan` ({SCAN}); give --set link.keys=rmw_zenoh --set link.domain=3"),
+        (
+            [f"3/toy/front/{SCAN}/RIHS01_00", f"3/toy/wheels/{ODOMETRY}/RIHS01_00"],
+            "; give --set link.keys=rmw_zenoh --set link.domain=3 --set link.scan=front --set link.odometry=wheels",
+        ),
         ([f"t/{k:02}" for k in range(10)], "`t/07` and 2 more"),
     ],
 )

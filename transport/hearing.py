@@ -48,7 +48,7 @@ def topic_of(key: str) -> Topic | None:
 
 
 def heard_instead(bus: Bus, keys: RobotKeys) -> str:
-    """One sentence: the keys where a robot's scan was expected, the topics that exist instead, and a suggestion.
+    """One sentence: the keys where a robot was expected, the topics that exist instead, and a suggestion.
 
     Args:
         bus: the network; it is listened to for a second.
@@ -56,16 +56,27 @@ def heard_instead(bus: Bus, keys: RobotKeys) -> str:
     """
     topics = sorted({topic for key in bus.survey(LISTENED) if (topic := topic_of(key)) is not None})
     listened = f"listened on `{keys.scan}` and `{keys.odometry}`"
+    if keys.settings.gate:
+        listened = f"asked for `{keys.session}`"
     if not topics:
         return f"{listened}; there are no other topics"
     named = ", ".join(topic.shown for topic in topics[:SHOWN])
     more = f" and {len(topics) - SHOWN} more" if len(topics) > SHOWN else ""
     settings = _settings(topics, keys)
-    way_out = f"; give {' '.join(f'--set {setting}' for setting in settings)}" if settings else ""
+    way_out = "" if settings is None else _way_out(settings, keys)
     return f"{listened}; heard {named}{more}{way_out}"
 
 
-def _settings(topics: list[Topic], keys: RobotKeys) -> list[str]:
+def _way_out(settings: list[str], keys: RobotKeys) -> str:
+    """What to give. Behind a missing gate may be a bare robot, or another robot's gate, whose topics look alike."""
+    if keys.settings.gate and not any(setting.startswith("link.keys=") for setting in settings):
+        bare = " ".join(f"--set {setting}" for setting in ("link.gate=false", *settings))
+        name = settings[0].removeprefix("robot.namespace=") if len(settings) == 1 else ""
+        return f"; give --set robot.name={name}, or for a bare ROS 2 robot {bare}" if name else f"; give {bare}"
+    return f"; give {' '.join(f'--set {setting}' for setting in settings)}" if settings else ""
+
+
+def _settings(topics: list[Topic], keys: RobotKeys) -> list[str] | None:
     """The settings with which scan and odometry would be found, where topics are called or typed as theirs are."""
     own = keys.settings.scan.strip("/"), keys.settings.odometry.strip("/")
     scans = _like(topics, own[0], "LaserScan_", ("scan", "laser"))
@@ -77,7 +88,7 @@ def _settings(topics: list[Topic], keys: RobotKeys) -> list[str]:
         if scan[:2] == odometry[:2]
     ]
     if not found:
-        return []
+        return None
     scan, (namespace, *names) = min(found, key=lambda one: one[1][1:] != own)
     wanted = [("link.keys", scan.keys, keys.settings.keys), ("robot.namespace", namespace, keys.namespace)]
     if scan.keys == "rmw_zenoh":

@@ -30,6 +30,23 @@ def test_topics_are_read_from_keys_and_from_tokens_of_publishers(key: str, topic
     assert topic_of(key) == topic
 
 
+def said_of(there: list[str], keys: RobotKeys) -> str:
+    """What is said of a network with these keys on it."""
+    network = MemoryNetwork()
+    talker = network.bus()
+
+    class Talking:
+        """While one listens, the others talk."""
+
+        def wait(self, seconds: float) -> None:
+            assert seconds == 1.0
+            for key in there:
+                talker.publisher(key).put(b"")
+
+    network.clock = Talking()
+    return heard_instead(network.bus(), keys)
+
+
 @pytest.mark.parametrize(
     ("there", "told"),
     [
@@ -58,18 +75,26 @@ def test_topics_are_read_from_keys_and_from_tokens_of_publishers(key: str, topic
     ],
 )
 def test_the_sentence_ends_with_the_settings_that_reach_the_scan(there: list[str], told: str) -> None:
-    network = MemoryNetwork()
-    talker = network.bus()
-
-    class Talking:
-        """While one listens, the others talk."""
-
-        def wait(self, seconds: float) -> None:
-            assert seconds == 1.0
-            for key in there:
-                talker.publisher(key).put(b"")
-
-    network.clock = Talking()
-    sentence = heard_instead(network.bus(), RobotKeys("toy", LinkSettings(gate=False)))
+    sentence = said_of(there, RobotKeys("toy", LinkSettings(gate=False)))
     assert sentence.startswith("listened on `toy/scan` and `toy/odom`; ")
+    assert sentence.endswith(told)
+
+
+@pytest.mark.parametrize(
+    ("there", "told"),
+    [
+        ([], "there are no other topics"),
+        (["toy/odom", "toy/scan"], "heard `toy/odom`, `toy/scan`; give --set link.gate=false"),
+        (
+            ["bot/odom", "bot/scan"],
+            "; give --set robot.name=bot, or for a bare ROS 2 robot --set link.gate=false --set robot.namespace=bot",
+        ),
+        (["odom", "scan"], "; give --set link.gate=false --set robot.namespace="),
+        (["toy/odom", "toy/front"], "heard `toy/front`, `toy/odom`"),
+        ([f"0/toy/scan/{SCAN}/RIHS01_00"], "; give --set link.keys=rmw_zenoh"),
+    ],
+)
+def test_where_no_gate_answers_a_bare_robot_is_looked_for(there: list[str], told: str) -> None:
+    sentence = said_of(there, RobotKeys("toy", LinkSettings()))
+    assert sentence.startswith("asked for `toy/session`; ")
     assert sentence.endswith(told)

@@ -108,6 +108,39 @@ class Headway:
         return time - self._since > self._patience
 
 
+STANDS = 0.5
+"""A robot that has rested for this long is held up, s."""
+RESTS = 0.02
+"""A robot that has moved less rests, m."""
+
+
+class Stuck:
+    """Detects that something beside the way ahead holds the robot up, until the robot has got by it."""
+
+    def __init__(self) -> None:
+        self._watch = Stopwatch()
+        self._since = 0.0
+        self._pose: Pose | None = None
+        self._held = False
+
+    def update(self, facts: Facts, aside: float, needed: float) -> bool:
+        """Whether it is held up.
+
+        Args:
+            facts: of this tick.
+            aside: how far to its left it should be, m.
+            needed: what matters of that, m.
+        """
+        time, pose = self._watch.update(facts), facts.observation.odometry.pose
+        if abs(aside) <= needed:
+            self._held = False
+        if self._pose is None or norm(pose.x - self._pose.x, pose.y - self._pose.y) > RESTS:
+            self._since, self._pose = time, pose
+        if time - self._since > STANDS and abs(aside) > needed:
+            self._held = True
+        return self._held
+
+
 class Progress:
     """Detects that a remaining distance does not shrink."""
 

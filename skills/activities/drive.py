@@ -7,7 +7,7 @@ from hsm.model.types import Speed
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, Headway, Skill, above_zero
+from skills.motion import BLOCKED, Headway, Skill, Stuck, above_zero
 from skills.passage import Passage, off_the_walls, passage_of, points_along
 from transport.messages import Command
 
@@ -23,6 +23,7 @@ class Drive(Skill):
         self._speed = above_zero("speed", speed)
         self._course = Course()
         self._headway = Headway(speed=speed)
+        self._stuck = Stuck()
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
@@ -34,7 +35,9 @@ class Drive(Skill):
             return BLOCKED
         if ended is not None:
             return ended
-        return Command(self.steering(facts).along(error, self._speed, self._aside(passage), passage.ahead))
+        steering, aside = self.steering(facts), self._aside(passage)
+        held = not steering.sideways and self._stuck.update(facts, aside, self.settings.motion.needed)
+        return Command(steering.along(error, self._speed, aside, 0.0 if held else passage.ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         """How the activity has ended, or None while it runs."""

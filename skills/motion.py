@@ -108,36 +108,35 @@ class Headway:
         return time - self._since > self._patience
 
 
-STANDS = 0.5
+HELD_AFTER = 0.5
 """A robot that has rested for this long is held up, s."""
-RESTS = 0.02
-"""A robot that has moved less rests, m."""
+STILL = 0.02
+"""A robot that has moved less than this rests, m."""
 
 
-class Stuck:
-    """Detects that something beside the way ahead holds the robot up, until the robot has got by it."""
+class HeldUp:
+    """Detects that something beside the way ahead holds up a robot that should be farther aside."""
 
-    def __init__(self) -> None:
+    def __init__(self, needed: float) -> None:
+        """Args: from how far aside on it matters, m."""
+        self._needed = needed
         self._watch = Stopwatch()
         self._since = 0.0
         self._pose: Pose | None = None
         self._held = False
 
-    def update(self, facts: Facts, aside: float, needed: float) -> bool:
-        """Whether it is held up.
+    def update(self, facts: Facts, aside: float) -> bool:
+        """Whether the robot is held up: from when it has rested until it is where it should be.
 
         Args:
             facts: of this tick.
-            aside: how far to its left it should be, m.
-            needed: what matters of that, m.
+            aside: how far to its left the robot should be, m.
         """
         time, pose = self._watch.update(facts), facts.observation.odometry.pose
-        if abs(aside) <= needed:
-            self._held = False
-        if self._pose is None or norm(pose.x - self._pose.x, pose.y - self._pose.y) > RESTS:
+        if self._pose is None or norm(pose.x - self._pose.x, pose.y - self._pose.y) > STILL:
             self._since, self._pose = time, pose
-        if time - self._since > STANDS and abs(aside) > needed:
-            self._held = True
+        rested = time - self._since > HELD_AFTER
+        self._held = abs(aside) > self._needed and (self._held or rested)
         return self._held
 
 

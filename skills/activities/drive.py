@@ -7,7 +7,7 @@ from hsm.model.types import Speed
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, Headway, Skill, Stuck, above_zero
+from skills.motion import BLOCKED, Headway, HeldUp, Skill, above_zero
 from skills.passage import Passage, off_the_walls, passage_of, points_along
 from transport.messages import Command
 
@@ -23,7 +23,7 @@ class Drive(Skill):
         self._speed = above_zero("speed", speed)
         self._course = Course()
         self._headway = Headway(speed=speed)
-        self._stuck = Stuck()
+        self._held_up = HeldUp(self.settings.motion.needed)
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
@@ -36,8 +36,9 @@ class Drive(Skill):
         if ended is not None:
             return ended
         steering, aside = self.steering(facts), self._aside(passage)
-        held = not steering.sideways and self._stuck.update(facts, aside, self.settings.motion.needed)
-        return Command(steering.along(error, self._speed, aside, 0.0 if held else passage.ahead))
+        # The end of a wall beside the lane is not ahead, and yet the guard may stop the robot there.
+        ahead = 0.0 if self._held_up.update(facts, aside) and not steering.sideways else passage.ahead
+        return Command(steering.along(error, self._speed, aside, ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         """How the activity has ended, or None while it runs."""

@@ -427,10 +427,10 @@ class _Picture(NestedGraph):
             ends = self._head(target)
             if states[target].children and transition.source == target:
                 ends = {}
-            inside = transition.source < target <= states[transition.source].last
+            inside = target in states[transition.source].subtree[1:]
             if states[transition.source].children and transition.source and not inside and transition.source != target:
                 ends["ltail"] = f"cluster_{_path(self._model, transition.source)}"
-            if states[target].children and target < transition.source <= states[target].last:
+            if states[target].children and transition.source in states[target].subtree[1:]:
                 ends.pop("lhead", None)
             self.fsm_graph.add_edge(source, self._anchor(target), label=label, **ends, **style)
 

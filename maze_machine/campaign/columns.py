@@ -94,12 +94,13 @@ def columns_in(path: Path | None) -> Iterator[Callable[[Iterable[Record]], None]
 
     Raises:
         UsageError: pyarrow is not installed.
+        FileError: the file is there and holds something else.
         OSError: the file cannot be written.
     """
     if path is None:
         yield lambda _records: None
         return
-    _pyarrow()
+    _require_results(path)
     with replacing(path) as file:
         writer = ColumnsWriter(file)
         try:
@@ -107,6 +108,19 @@ def columns_in(path: Path | None) -> Iterator[Callable[[Iterable[Record]], None]
             writer.flush()
         finally:
             writer.close()
+
+
+def _require_results(path: Path) -> None:
+    """Make sure that nothing but earlier results is replaced; an empty file or a device is written to."""
+    arrow = _pyarrow()
+    if not path.is_file() or not path.stat().st_size:
+        return
+    try:
+        names = arrow.parquet.read_schema(path).names
+    except arrow.ArrowException:
+        names = []
+    if not {"machine", "maze", "seed", "solved"} <= set(names):
+        raise FileError(f"{path} exists and does not hold the results of a campaign", "choose another file")
 
 
 def summary_of_columns(path: Path) -> tuple[list[Row], list[str]]:

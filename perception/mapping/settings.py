@@ -323,7 +323,7 @@ class PlaceSettings(Settings):
     way: Positive = 3.5
     """after this much way, m: the only place left was a wrong one for 2.7 m at most,"""
     walls: Positive = 9.0
-    """after so much wall on the map that the first of them has not shown, m,"""
+    """and after this length of wall on the map that the first of them has not shown, m,"""
     no_rival: Positive = 0.3
     """and when no other place farther than this from it, m, fits as well."""
 

@@ -134,7 +134,7 @@ class TrackSettings(Settings):
     turn: Positive = math.radians(25)
     """Or after this much turn, rad."""
     fresh: Share = 0.5
-    """Or, once on the way from a keyframe to the next, where a smaller share of the scan was known: a door has opened."""
+    """Or, once between two such keyframes, where a smaller share of the scan was known: a door has opened."""
     recent: Count = 15
     """Scans are matched with this many keyframes, the last ones."""
     neighbours: Count = 4

@@ -47,7 +47,7 @@ def diagram(
 
     Example: `maze-machine diagram pledge -o pledge.svg`
 
-    Example: `maze-machine diagram tremaux -o inside.png --state run.explore --no-guards --theme dark`
+    Example: `maze-machine diagram tremaux -o inside.png --state explore --no-guards --theme dark`
     """
     from hsm.interchange.diagrams import FORMATS, THEMES, DiagramError, Look, render
     from hsm.interchange.folding import down_to, everything, own_states

@@ -140,7 +140,7 @@ class RemoteMachine:
     def _nobody(self) -> NoMachineError:
         return NoMachineError(
             f"no machine that drives `{self._keys.robot}` answers",
-            "start it with `maze-machine run --open ENDPOINT`; over TLS, its access file must allow this certificate to ask",
+            "start it with `maze-machine run --open ENDPOINT`; over TLS, its access file must allow your certificate",
         )
 
 

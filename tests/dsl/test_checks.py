@@ -164,6 +164,8 @@ def test_a_name_that_is_misspelt_everywhere_is_one_finding(library):
 
 MISTAKES = [
     ("state a:\n    on bumped -> b\nfinal b\n", "no colon"),
+    ("var n : int = 0\nstate a\n    after 1 s/n += 1\n", "a space before the slash"),
+    ("var n : int = 0\nstate a\n    after 2 s/n = 1\n", "a space before the slash"),
     ("state a {\n    on bumped -> b\n}\nfinal b\n", "no braces"),
     ("state a\n    do ring\n    on done, refused -> b\nfinal b\n", "`do ring()`"),
     ("state a\n    ring()\n    on bumped -> b\nfinal b\n", "after `do`"),

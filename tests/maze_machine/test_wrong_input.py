@@ -105,12 +105,6 @@ def test_a_machine_that_fails_while_it_runs_stops_the_robot_and_names_its_line(t
     assert f"{file}:" in err
 
 
-def test_a_bare_simulator_that_would_wait_for_its_controller_is_refused():
-    ended = CliRunner().invoke(app, ["sim", "corridor", "--set", "link.keys=rmw_zenoh"], env={"COLUMNS": "200"})
-    assert ended.exit_code == 2
-    assert "(link.gate=false) does not wait for commands; add --realtime" in ended.stderr
-
-
 @pytest.mark.parametrize(
     ("arguments", "known"),
     [

@@ -72,6 +72,9 @@ _BEGINNINGS = {
 }
 _OPERATORS = ("==", "!=", "<", "<=", ">", ">=", "+", "-", "*", "->", "=>")
 _TRANSITIONS = ("on", "when", "after")
+_ASSIGNMENTS = ("=", "+=", "-=", "*=")
+_UNIT = re.compile(r"[0-9] ?[A-Za-z]+/[A-Za-z]{1,3}$")
+"""A number whose unit has a slash."""
 
 
 def report_line(report: Report, token: Token, expected: Set[str], line: str) -> None:
@@ -182,6 +185,8 @@ def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) ->
     divides = text.endswith(" /") and word[:1].isdigit()
     if divides or (" / " in text and word in _OPERATORS):
         return "put a division in parentheses; a bare slash begins the actions"
+    if word in _ASSIGNMENTS and _UNIT.search(text):
+        return "write a space before the slash that begins the actions: here it belongs to a unit"
     if word == "=":
         return "compare with `==`"
     if word in ("<", "<=", ">", ">=", "==", "!="):

@@ -143,7 +143,7 @@ def _parts(model: Model, regions: Sequence[int]) -> Mapping[int, _Part]:
     def part(state: int) -> _Part:
         return found[next((one for one in regions if state in model.states[one].subtree), -1)]
 
-    found = {one: _Part() for one in (-1, *regions)}
+    found = {-1: _Part(), **{one: _Part(reports={"fault"}) for one in regions}}  # any guard or action may fail
     for transition in model.transitions:
         own = part(transition.source)
         own.leads.update(transition.targets)
@@ -153,7 +153,7 @@ def _parts(model: Model, regions: Sequence[int]) -> Mapping[int, _Part]:
         own = part(state.index)
         _note_actions(own, (*state.entry, *state.exit, *state.initial_actions))
         if state.activity is not None:
-            own.reports.update((*state.activity.activity.outcomes, "fault"))
+            own.reports.update(state.activity.activity.outcomes)
         if state.kind is StateKind.FINAL:
             own.reports.update((state.own_name, "done"))
     for variable in model.variables:

@@ -172,7 +172,8 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
     if form == "dot":
         return text.encode()
     if not installed():
-        raise NoGraphvizError("this needs pygraphviz: install maze-machine[diagrams], or write a .dot or .mmd")
+        message = 'this picture needs pygraphviz, which is not installed; pip install "maze-machine[diagrams]"'
+        raise NoGraphvizError(f"{message}, or write a .dot or .mmd file")
     try:
         return drawn(text, form)
     except DrawingError as error:

@@ -4,8 +4,9 @@
 
 The machine drives an embedded simulator, without trace or picture, a few times with different seeds; the figures are
 medians over all ticks of all runs after one that warms up. Perception is lazy: what it takes is part of the phase that
-first asks for a fact (its compass: prepare; the machine's signals: coordinate; what the skills look at: act). The last
-phase, command, is the simulator: physics, doors, laser, noise, odometry, referee.
+first asks for a fact (its compass: prepare; the machine's signals: coordinate; what the skills look at: act). The
+phase command is the simulator: physics, doors, laser, noise, odometry, referee. The last one, watch, looks at the
+machine's properties.
 """
 
 from __future__ import annotations

@@ -62,6 +62,18 @@ static PyObject *any_nearer(PyObject *Py_UNUSED(module), PyObject *const *argume
     return PyBool_FromLong(found);
 }
 
+static PyObject *all_hit(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array ranges;
+    int found = 1;
+    if (!takes("all_hit", 1, count) || !opened(arguments[0], &ranges, "d", 0))
+        return NULL;
+    for (Py_ssize_t beam = 0; beam < ranges.columns; beam++)
+        found &= fabs(NUMBER(ranges, beam)) < INFINITY;
+    closed(&ranges);
+    return PyBool_FromLong(found);
+}
+
 static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points, hidden;
@@ -1002,10 +1014,35 @@ pairs_open:
     return found;
 }
 
+static PyObject *extent_along(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    double direction[2], rear = 0.0, lowest = 0.0, highest = 0.0;
+    if (!takes("extent_along", 2, count) || !of_tuple(arguments[1], 2, direction))
+        return NULL;
+    Py_ssize_t corners = PyTuple_Check(arguments[0]) ? PyTuple_Size(arguments[0]) : 0;
+    if (!corners) {
+        PyErr_SetString(PyExc_TypeError, "an outline is a tuple of corners");
+        return NULL;
+    }
+    for (Py_ssize_t corner = 0; corner < corners; corner++) {
+        double place[2];
+        if (!of_tuple(PyTuple_GetItem(arguments[0], corner), 2, place))
+            return NULL;
+        double along = place[0] * direction[0] + place[1] * direction[1];
+        double across = place[1] * direction[0] - place[0] * direction[1];
+        rear = corner ? lesser(rear, along) : along;
+        lowest = corner ? lesser(lowest, across) : across;
+        highest = corner ? greater(highest, across) : across;
+    }
+    return Py_BuildValue("(dd)", rear, greater(lesser(highest, -lowest), 0.0));
+}
+
 static PyMethodDef kernels[] = {
     KERNEL(sort_readings),
     KERNEL(points_of),
     KERNEL(any_nearer),
+    KERNEL(all_hit),
+    KERNEL(extent_along),
     KERNEL(out_of_view),
     KERNEL(runs_of),
     KERNEL(split_at_end_points),

@@ -18,7 +18,6 @@ import numpy as np
 from perception.extremes import highest
 from perception.settings import ExitSettings
 from perception.sweep import Floats, Mask, ScanPoints
-from transport.arithmetic import cos_sin
 from transport.compiled import compiled
 from transport.description import Point
 
@@ -68,20 +67,20 @@ class RobotInLane:
     moved: float
 
 
-def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotInLane, settings: ExitSettings) -> Lane:
+def next_lane(before: Lane, sweep: ScanPoints, direction: Point, body: RobotInLane, settings: ExitSettings) -> Lane:
     """The lane in the next scan.
 
     Args:
         before: the lane in the scan before, ``NO_LANE`` after a turn.
         sweep: the scan.
-        misalignment: direction of the walls seen from the robot, rad.
+        direction: cosine and sine of the walls' direction seen from the robot.
         body: the robot's extent and movement along the lane.
         settings: sizes and ranges.
     """
     moved_on = Lane(before.left, before.right, before.end - body.moved)
     if sweep.known_share < settings.known_share or not len(sweep.ranges):
         return moved_on
-    direction, bounds = cos_sin(misalignment), (body.rear - settings.margin, settings.range)
+    bounds = body.rear - settings.margin, settings.range
     sizes = body.half_width, settings.beside, settings.max_half_width, settings.widening
     beside, standing, last = lane_in_sight(sweep.points, direction, bounds, sizes, (before.left, before.right))
     found = Lane(*beside) if beside else None
@@ -199,18 +198,18 @@ def _last(ahead: Floats, otherwise: float) -> float:
     return highest(ahead, otherwise, passed_over=STRAY)
 
 
-def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) -> RobotInLane:
-    """The robot's extent along the walls.
+@compiled
+def extent_along(footprint: tuple[Point, ...], direction: Point) -> tuple[float, float]:
+    """How far an outline reaches back along a lane, m, and to the sides: see `RobotInLane`.
 
     Args:
-        footprint: its outline in its own frame, m.
-        misalignment: direction of the walls seen from the robot, rad.
-        moved: how far it has moved along the lane, m.
+        footprint: its corners in the robot's frame, m.
+        direction: cosine and sine of the walls' direction seen from the robot.
     """
-    cosine, sine = cos_sin(misalignment)
+    cosine, sine = direction
     rear = min([x * cosine + y * sine for x, y in footprint])
     across = [y * cosine - x * sine for x, y in footprint]
-    return RobotInLane(rear, max(min(max(across), -min(across)), 0.0), moved)
+    return rear, max(min(max(across), -min(across)), 0.0)
 
 
 def quantised(angle: float) -> float:

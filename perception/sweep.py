@@ -69,6 +69,13 @@ class BeamTable:
         return out_of_view(points, self.place, self.bounds[:4], self.bounds[4])
 
     @cached_property
+    def every(self) -> Indices:
+        """All beams, shape (n,); not to be changed."""
+        beams = np.arange(len(self.angles))
+        beams.flags.writeable = False
+        return beams
+
+    @cached_property
     def place(self) -> tuple[float, float]:
         """The sensor's place in the robot's frame, m."""
         return self.mount.x, self.mount.y
@@ -114,6 +121,12 @@ def out_of_view(
 def any_nearer(distances: Floats, reach: float) -> bool:
     """Whether a distance is less than a reach."""
     return bool((distances < reach).any())
+
+
+@compiled
+def all_hit(ranges: Floats) -> bool:
+    """Whether all of some ranges are finite."""
+    return bool(np.isfinite(ranges).all())
 
 
 @lru_cache(maxsize=1024)
@@ -243,9 +256,14 @@ class ScanPoints:
         return np.isfinite(self.ranges)
 
     @cached_property
+    def complete(self) -> bool:
+        """Whether every beam hit something."""
+        return all_hit(self.ranges)
+
+    @cached_property
     def beams(self) -> Indices:
         """The beams that hit something, shape (k,)."""
-        return self.hit.nonzero()[0]
+        return self.fan.every if self.complete else self.hit.nonzero()[0]
 
     @cached_property
     def distances(self) -> Floats:
@@ -254,7 +272,7 @@ class ScanPoints:
 
     def _of_hits(self, values: Floats) -> Floats:
         """What belongs to the beams that hit something; mostly that is all of them, and nothing is copied."""
-        return values if len(self.beams) == len(values) else values[self.beams]
+        return values if self.complete else values[self.beams]
 
     @cached_property
     def points(self) -> Floats:
@@ -266,7 +284,7 @@ class ScanPoints:
     @property
     def free(self) -> Floats:
         """How far each beam is known to be free, m from the sensor, shape (n,); 0 where nothing is known."""
-        if len(self.beams) == len(self.ranges):
+        if self.complete:
             return self.ranges
         return np.fmax(np.minimum(self.ranges, self.reach), 0.0)
 
@@ -278,6 +296,6 @@ class ScanPoints:
     @cached_property
     def known_share(self) -> float:
         """The share of such beams, 0 to 1; 0 without beams."""
-        if len(self.beams) == len(self.ranges):
-            return 1.0 if len(self.beams) else 0.0
+        if self.complete:
+            return 1.0 if len(self.ranges) else 0.0
         return float(np.count_nonzero(self.known) / len(self.ranges))

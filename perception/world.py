@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from perception.compass import Compass
 from perception.door import Door
-from perception.exit import NO_LANE, Lane, body_along, next_lane
+from perception.exit import NO_LANE, Lane, RobotInLane, extent_along, next_lane
 from perception.mapping.confidence import Knowledge
 from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
@@ -16,7 +16,7 @@ from perception.odometry import Displacement, corrected, is_restart, moved, step
 from perception.places import NotedPlace
 from perception.settings import PerceptionSettings
 from perception.sweep import ScanPoints
-from transport.arithmetic import atan2, cos, cos_sin, distance_between, sin
+from transport.arithmetic import atan2, cos_sin, distance_between
 from transport.description import Point
 from transport.messages import Odometry, Pose
 
@@ -209,12 +209,13 @@ class WorldModel:
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Update the robot's lane with the scan."""
         misalignment, world_angle = self.misalignment, self.settings.compass.world_angle
-        moved = self.step.forward * cos(misalignment) + self.step.left * sin(misalignment)
+        direction = cosine, sine = cos_sin(misalignment)
+        moved = self.step.forward * cosine + self.step.left * sine
         axis = math.remainder(self.pose.heading + misalignment, math.tau)
         if abs(math.remainder(axis - self._axis, math.tau)) > world_angle / 2:
             self._axis, self.lane = axis, NO_LANE
-        body = body_along(footprint, misalignment, moved)
-        self.lane = next_lane(self.lane, sweep, misalignment, body, self.settings.exit)
+        body = RobotInLane(*extent_along(footprint, direction), moved)
+        self.lane = next_lane(self.lane, sweep, direction, body, self.settings.exit)
         self.outside_ticks = self.outside_ticks + 1 if self.lane.outside else 0
 
     @property

@@ -32,11 +32,13 @@ class Body:
         self.shapes: list[pymunk.Shape] = [*self._polygons]
         self._corners = [polygon.get_vertices() for polygon in self._polygons]
         self.heading = 0.0
+        self._glided_to: Point | None = None  # where the physics has not put it since
         self.put(pose)
 
     def put(self, pose: Pose) -> None:
         """Place it, at rest."""
         self.body.position = pose.x, pose.y
+        self._glided_to = pose.x, pose.y
         self.heading = pose.heading
         self._turn_shapes()
         self.body.velocity = 0.0, 0.0
@@ -54,8 +56,15 @@ class Body:
     @property
     def pose(self) -> Pose:
         """Where it is."""
+        return Pose(*self.place, wrap_angle(self.heading))
+
+    @property
+    def place(self) -> Point:
+        """The place of its origin, m."""
+        if self._glided_to is not None:
+            return self._glided_to
         x, y = self.body.position
-        return Pose(x, y, wrap_angle(self.heading))
+        return x, y
 
     def drive(self, target: Twist, duration: float, *, touching: bool) -> None:
         """Set the body's velocity for one step so that a constant twist is followed exactly along its arc.
@@ -69,7 +78,9 @@ class Body:
             touching: whether the robot is in contact with something.
         """
         if self._shapes_behind:
+            self.body.position = self.place
             self._turn_shapes()
+        self._glided_to = None
         if self.twist is not target:
             self.twist = self.description.towards(self.twist, target, duration)
             self._steady = False
@@ -107,7 +118,7 @@ class Body:
             duration: length of a step, s.
             steps: how many.
         """
-        place, description, wanted = (*self.body.position, self.heading), self.description, _parts(target)
+        place, description, wanted = (*self.place, self.heading), self.description, _parts(target)
         if isinstance(description.base, Holonomic):
             changes = description.base.changes(description.limits, duration)
             place, velocity, arrived = glided(place, (_parts(self.twist), wanted), changes, duration, steps)
@@ -118,8 +129,8 @@ class Body:
                 alike = steps if self.twist is target else 1
                 place = follow_arc(place, _parts(self.twist), duration, alike)
                 steps -= alike
-        self.body.position, self.heading = place[:2], place[2]
-        self._shapes_behind, self._steady = True, False
+        self._glided_to, self.heading = place[:2], place[2]
+        self._shapes_behind, self._steady = True, False  # the physics is given the place once it moves the body itself
 
     def _take_wanted(self, body: pymunk.Body, _gravity: object, _damping: float, _duration: float) -> None:
         body.velocity, body.angular_velocity = self._wanted

@@ -74,12 +74,13 @@ class RobotInstance:
 
     def obey(self, command: Command, time: float, world: PhysicalWorld) -> Twist:
         """Accept a command, unless it is lost or late, ring if requested, and return the target velocity."""
-        faults = self.faults(time)
-        late = next((fault.ticks for fault in faults if isinstance(fault, CommandLate)), 0)
-        self._pending.append(command)
-        arrived = [self._pending.popleft() for _ in range(max(len(self._pending) - late, 0))]
-        if any(isinstance(fault, CommandLost) for fault in faults):
-            arrived = []
+        faults, arrived = self.faults(time), [command]
+        if faults or self._pending:
+            late = next((fault.ticks for fault in faults if isinstance(fault, CommandLate)), 0)
+            self._pending.append(command)
+            arrived = [self._pending.popleft() for _ in range(max(len(self._pending) - late, 0))]
+            if any(isinstance(fault, CommandLost) for fault in faults):
+                arrived = []
         self._door = None
         for heard in arrived:
             self._obeyed = heard
@@ -107,7 +108,7 @@ class RobotInstance:
         pose = world.bases[name].pose
         self._odometry.count(displacement(self.pose, pose), duration, time)
         self.pose = pose
-        touched = tuple(contact for contact in world.contacts[contacts_before:] if contact.robot == name)
+        touched = tuple([contact for contact in world.contacts[contacts_before:] if contact.robot == name])
         self.referee.watch(time, pose, world, name, touched)
         for watch in self._watches:
             match watch.fault:
@@ -121,7 +122,7 @@ class RobotInstance:
         """The robot's current sensor data."""
         faults = self.faults(time)
         scan, odometry = self._measured(faults, stamp, world), self._odometry.reading(stamp)
-        if self._last is not None:
+        if faults and self._last is not None:
             scan = self._last.scan if any(isinstance(fault, LaserSilent) for fault in faults) else scan
             silent = any(isinstance(fault, OdometrySilent) for fault in faults)
             odometry = self._last.odometry if silent else odometry

@@ -46,6 +46,7 @@ class Simulation:
             raise ValueError("robots that share a world need the same period")
         if len(self._robots) > len(maze.starts):
             raise ValueError(f"{len(self._robots)} robots need as many starts; the maze has {len(maze.starts)}")
+        self._first = self._robots[0].name
         self.maze = maze
         self.settings = settings or SimulatorSettings()
         self.seed = seed
@@ -86,7 +87,7 @@ class Simulation:
     @property
     def observation(self) -> Observation:
         """The current observation of the first robot."""
-        return self._observations[self.names[0]]
+        return self._observations[self._first]
 
     def verdict(self, name: str | None = None) -> RefereeReport:
         """The referee's verdict on the current attempt of a robot, by default the first."""
@@ -110,7 +111,7 @@ class Simulation:
         return self._member(name).path
 
     def _member(self, name: str | None) -> RobotInstance:
-        return self._members[self.names[0] if name is None else name]
+        return self._members[self._first if name is None else name]
 
     def step(self, commands: Command | Mapping[str, Command]) -> None:
         """Advance the world by one period.
@@ -119,7 +120,7 @@ class Simulation:
             commands: the first robot's command, or each robot's by name; a robot without one stops.
         """
         if isinstance(commands, Command):
-            commands = {self.names[0]: commands}
+            commands = {self._first: commands}
         time = self.time
         if self.settings.faults:
             self._apply_world_faults()

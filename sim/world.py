@@ -175,7 +175,7 @@ class PhysicalWorld:
         return True
 
     def _robot_points(self) -> list[Point]:
-        return [(base.body.position.x, base.body.position.y) for base in self.bases.values()]
+        return [base.place for base in self.bases.values()]
 
     def _occupied(self, door: SlidingDoor) -> bool:
         return any(
@@ -205,8 +205,7 @@ class PhysicalWorld:
     def room(self, name: str) -> float:
         """The distance from a robot's origin to the nearest solid thing, m."""
         if name not in self._room:
-            x, y = self.bases[name].body.position
-            self._room[name] = nearest_segment(x, y, self.around(name))
+            self._room[name] = nearest_segment(*self.bases[name].place, self.around(name))
         return self._room[name]
 
     def put(self, name: str, pose: Pose) -> None:

@@ -177,6 +177,13 @@ static inline double beyond(double offset, double core)
     return sign * greater(fabs(offset) - core, 0.0);
 }
 
+/* Where a point is from the outline's core, and how far from the outline. */
+static inline double outside(const double *box, double px, double py, double *x, double *y)
+{
+    *x = beyond(px - box[0], box[2]), *y = beyond(py - box[1], box[3]);
+    return greater(norm(*x, *y) - box[4], 0.0);
+}
+
 static PyObject *from_core(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points, apart, distances;
@@ -192,10 +199,9 @@ static PyObject *from_core(PyObject *Py_UNUSED(module), PyObject *const *argumen
     lengths = made(&distances, VECTOR, points.rows);
     if (lengths) {
         for (Py_ssize_t index = 0; index < points.rows; index++) {
-            double x = beyond(ENTRY(points, index, 0) - box[0], box[2]);
-            double y = beyond(ENTRY(points, index, 1) - box[1], box[3]);
+            double x, y;
+            NUMBER(distances, index) = outside(box, ENTRY(points, index, 0), ENTRY(points, index, 1), &x, &y);
             ENTRY(apart, index, 0) = x, ENTRY(apart, index, 1) = y;
-            NUMBER(distances, index) = greater(norm(x, y) - box[4], 0.0);
         }
         closed(&distances);
         found = Py_BuildValue("(OO)", ways, lengths);
@@ -206,6 +212,24 @@ static PyObject *from_core(PyObject *Py_UNUSED(module), PyObject *const *argumen
 points_open:
     closed(&points);
     return found;
+}
+
+/* The least clearance of points at some poses, three numbers each, without the rounding of the outline's corners. */
+static double least_of(const Array *points, const double *poses, Py_ssize_t count, const double *box)
+{
+    double least = INFINITY;
+    for (Py_ssize_t pose = 0; pose < count; pose++) {
+        double cos, sin, x0 = poses[3 * pose], y0 = poses[3 * pose + 1];
+        cos_sin(poses[3 * pose + 2], &cos, &sin);
+        for (Py_ssize_t index = 0; index < points->rows; index++) {
+            double dx = ENTRY(*points, index, 0) - x0, dy = ENTRY(*points, index, 1) - y0;
+            double x = fabs(cos * dx + sin * dy - box[0]) - box[2];
+            double y = fabs(cos * dy - sin * dx - box[1]) - box[3];
+            double outside = norm(greater(x, 0.0), greater(y, 0.0));
+            least = lesser(least, outside + lesser(greater(x, y), 0.0));
+        }
+    }
+    return least;
 }
 
 static PyObject *least_clearance(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
@@ -220,16 +244,9 @@ static PyObject *least_clearance(PyObject *Py_UNUSED(module), PyObject *const *a
         return NULL;
     }
     int good = of_points(&points) && poses.columns == 3;
-    for (Py_ssize_t pose = 0; good && pose < poses.rows; pose++) {
-        double cos, sin, x0 = ENTRY(poses, pose, 0), y0 = ENTRY(poses, pose, 1);
-        cos_sin(ENTRY(poses, pose, 2), &cos, &sin);
-        for (Py_ssize_t index = 0; index < points.rows; index++) {
-            double dx = ENTRY(points, index, 0) - x0, dy = ENTRY(points, index, 1) - y0;
-            double x = fabs(cos * dx + sin * dy - box[0]) - box[2];
-            double y = fabs(cos * dy - sin * dx - box[1]) - box[3];
-            double outside = norm(greater(x, 0.0), greater(y, 0.0));
-            least = lesser(least, outside + lesser(greater(x, y), 0.0));
-        }
+    for (Py_ssize_t row = 0; good && row < poses.rows; row++) {
+        double pose[3] = {ENTRY(poses, row, 0), ENTRY(poses, row, 1), ENTRY(poses, row, 2)};
+        least = lesser(least, least_of(&points, pose, 1, box));
     }
     closed(&poses);
     closed(&points);
@@ -241,13 +258,12 @@ static PyObject *least_clearance(PyObject *Py_UNUSED(module), PyObject *const *a
     return PyFloat_FromDouble(least - box[4]);
 }
 
-static PyObject *stopping(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+/* The poses after a period and after each period of braking, `total` of three numbers each; NULL with an exception set. */
+static double *stopped(PyObject *const *arguments, Py_ssize_t *total_of)
 {
     double given[3], period, changes[2], x = 0.0, y = 0.0, heading = 0.0;
     Py_ssize_t total = 0, room = 64;
-    Array array;
-    if (!takes("stopping", 3, count) || !of_tuple(arguments[0], 3, given) || !numbers(arguments + 1, 1, &period) ||
-        !of_tuple(arguments[2], 2, changes))
+    if (!of_tuple(arguments[0], 3, given) || !numbers(arguments + 1, 1, &period) || !of_tuple(arguments[2], 2, changes))
         return NULL;
     if (!isfinite(given[0] + given[1] + given[2]) || !(changes[0] > 0.0 && changes[1] > 0.0)) {
         PyErr_SetString(PyExc_ValueError, "a velocity is finite, and braking changes it");
@@ -274,10 +290,23 @@ static PyObject *stopping(PyObject *Py_UNUSED(module), PyObject *const *argument
         total++;
         reached(&velocity, rest, changes);
     }
-    if (!poses)
-        return PyErr_NoMemory();
+    if (!poses) {
+        PyErr_NoMemory();
+        return NULL;
+    }
     if (!total)
         poses[0] = poses[1] = poses[2] = 0.0, total = 1;
+    *total_of = total;
+    return poses;
+}
+
+static PyObject *stopping(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Py_ssize_t total;
+    Array array;
+    double *poses = takes("stopping", 3, count) ? stopped(arguments, &total) : NULL;
+    if (!poses)
+        return NULL;
     PyObject *found = made(&array, total, 3);
     if (found) {
         for (Py_ssize_t pose = 0; pose < total; pose++)
@@ -289,22 +318,40 @@ static PyObject *stopping(PyObject *Py_UNUSED(module), PyObject *const *argument
     return found;
 }
 
-static PyObject *room_ahead(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+static PyObject *clearance_in_stopping(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points;
-    double given[4], faced = INFINITY, left = INFINITY, right = -INFINITY;
-    if (!takes("room_ahead", 2, count) || !of_tuple(arguments[1], 4, given) || !opened(arguments[0], &points, "d", 0))
+    double box[5], least = INFINITY;
+    Py_ssize_t total;
+    if (!takes("clearance_in_stopping", 5, count) || !of_tuple(arguments[1], 5, box))
         return NULL;
-    double rear = given[0], front = given[1], side = given[2], foresee = given[3];
-    int good = of_points(&points);
-    for (Py_ssize_t index = 0; good && index < points.rows; index++) {
-        double x = ENTRY(points, index, 0);
-        if (fabs(ENTRY(points, index, 1)) < side && x > front)
+    double *poses = stopped(arguments + 2, &total);
+    if (!poses)
+        return NULL;
+    int good = opened(arguments[0], &points, "d", 0);
+    if (good) {
+        good = of_points(&points);
+        if (good)
+            least = least_of(&points, poses, total, box);
+        closed(&points);
+    }
+    free(poses);
+    return good ? PyFloat_FromDouble(least - box[4]) : NULL;
+}
+
+/* From what is at the left to what is at the right; `bounds` are rear, front, side and foresee. */
+static double room_between(const Array *points, const double *bounds)
+{
+    double faced = INFINITY, left = INFINITY, right = -INFINITY;
+    double rear = bounds[0], front = bounds[1], side = bounds[2], foresee = bounds[3];
+    for (Py_ssize_t index = 0; index < points->rows; index++) {
+        double x = ENTRY(*points, index, 0);
+        if (fabs(ENTRY(*points, index, 1)) < side && x > front)
             faced = lesser(faced, x);
     }
     double ahead = isinf(faced) ? foresee : lesser(foresee, faced - SHORT * foresee);
-    for (Py_ssize_t index = 0; good && index < points.rows; index++) {
-        double x = ENTRY(points, index, 0), y = ENTRY(points, index, 1);
+    for (Py_ssize_t index = 0; index < points->rows; index++) {
+        double x = ENTRY(*points, index, 0), y = ENTRY(*points, index, 1);
         if (!(x > rear && x < ahead))
             continue;
         if (y > 0.0)
@@ -312,8 +359,56 @@ static PyObject *room_ahead(PyObject *Py_UNUSED(module), PyObject *const *argume
         if (y < 0.0)
             right = greater(right, y);
     }
+    return isinf(left) || isinf(right) ? INFINITY : left - right;
+}
+
+static PyObject *room_ahead(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double bounds[4], room = INFINITY;
+    if (!takes("room_ahead", 2, count) || !of_tuple(arguments[1], 4, bounds) || !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    int good = of_points(&points);
+    if (good)
+        room = room_between(&points, bounds);
     closed(&points);
-    return good ? PyFloat_FromDouble(isinf(left) || isinf(right) ? INFINITY : left - right) : NULL;
+    return good ? PyFloat_FromDouble(room) : NULL;
+}
+
+/* Whether a point is opposite to another one in a direction. */
+static inline int opposite(double x, double y, double towards_x, double towards_y)
+{
+    return x * towards_x + y * towards_y < -OPPOSITE * norm(x, y);
+}
+
+static PyObject *looked_round(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points;
+    double box[5], bounds[4], across = INFINITY, now = INFINITY, x, y, ahead = INFINITY;
+    if (!takes("looked_round", 3, count) || !of_tuple(arguments[1], 5, box) || !of_tuple(arguments[2], 4, bounds) ||
+        !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    int good = of_points(&points) && points.rows;
+    if (!good && !PyErr_Occurred())
+        PyErr_SetString(PyExc_ValueError, "there is a point at least");
+    if (good) {
+        Py_ssize_t nearest = 0;
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double distance = outside(box, ENTRY(points, index, 0), ENTRY(points, index, 1), &x, &y);
+            if (index == 0 || distance < now)
+                now = distance, nearest = index;
+        }
+        outside(box, ENTRY(points, nearest, 0), ENTRY(points, nearest, 1), &x, &y);
+        double length = greater(norm(x, y), 1e-9), towards_x = x / length, towards_y = y / length;
+        for (Py_ssize_t index = 0; index < points.rows; index++) {
+            double distance = outside(box, ENTRY(points, index, 0), ENTRY(points, index, 1), &x, &y);
+            if (opposite(x, y, towards_x, towards_y))
+                across = lesser(across, distance);
+        }
+        ahead = room_between(&points, bounds);
+    }
+    closed(&points);
+    return good ? Py_BuildValue("(ddd)", now, ahead, now + across) : NULL;
 }
 
 static PyObject *room_across(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
@@ -334,8 +429,7 @@ static PyObject *room_across(PyObject *Py_UNUSED(module), PyObject *const *argum
         double x = ENTRY(apart, nearest, 0), y = ENTRY(apart, nearest, 1), length = greater(norm(x, y), 1e-9);
         x /= length, y /= length;
         for (Py_ssize_t index = 0; index < apart.rows; index++) {
-            double other_x = ENTRY(apart, index, 0), other_y = ENTRY(apart, index, 1);
-            if (other_x * x + other_y * y < -OPPOSITE * norm(other_x, other_y))
+            if (opposite(ENTRY(apart, index, 0), ENTRY(apart, index, 1), x, y))
                 least = lesser(least, NUMBER(distances, index));
         }
         least = NUMBER(distances, nearest) + least;
@@ -420,6 +514,8 @@ static PyMethodDef kernels[] = {
     KERNEL(from_core),
     KERNEL(least_clearance),
     KERNEL(stopping),
+    KERNEL(clearance_in_stopping),
+    KERNEL(looked_round),
     KERNEL(room_ahead),
     KERNEL(room_across),
     KERNEL(passage_between),

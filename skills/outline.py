@@ -29,6 +29,7 @@ class Outline:
         middle: of the box, m in the robot's frame.
         half: of its length and width, m.
         rounding: radius of its corners, m.
+        box: the three as plain numbers.
     """
 
     def __init__(self, footprint: Sequence[Point]) -> None:
@@ -38,7 +39,7 @@ class Outline:
         self.rounding = _rounding(np.abs(corners - self.middle), self.half)
         self._core = self.half - self.rounding
         middle, core = self.middle.tolist(), self._core.tolist()
-        self._box: Box = (*middle, *core, self.rounding)
+        self.box: Box = (*middle, *core, self.rounding)
 
     @property
     def is_round(self) -> bool:
@@ -47,7 +48,7 @@ class Outline:
 
     def apart(self, points: Points) -> tuple[Points, NDArray[np.float64]]:
         """The way from the outline's core to each point, m, and how far each is from the outline; zero within it."""
-        return from_core(points, self._box)
+        return from_core(points, self.box)
 
     def out_of(self, points: Points) -> NDArray[np.float64]:
         """Where to go from the point deepest within the box, m: to the box's far side, by the middle."""
@@ -62,7 +63,7 @@ class Outline:
             points: in the robot's frame, m, shape (n, 2).
             poses: x, y, heading in the same frame, shape (k, 3).
         """
-        return least_clearance(points, poses, self._box)
+        return least_clearance(points, poses, self.box)
 
 
 @compiled

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skills.giving_way import alternatives
-from skills.outline import Outline
+from skills.outline import Box, Outline, from_core, least_clearance
 from skills.settings import SafetySettings
 from skills.surroundings import Points
 from transport.arithmetic import norm, norms
@@ -56,6 +56,8 @@ class CollisionGuard:
         self._settings = settings
         self._outline = Outline(robot.footprint)
         self._sideways = isinstance(robot.base, Holonomic)
+        (middle, _), (half, side) = self._outline.middle.tolist(), self._outline.half.tolist()
+        self._beside = (middle - half, middle + half, side, settings.foresee)
 
     def admit(self, before: Twist, wanted: Twist, points: Points) -> Twist:
         """The command nearest to the wanted one that is safe and within the robot's limits.
@@ -68,13 +70,11 @@ class CollisionGuard:
         reachable = self._reachable(before, wanted)
         if not len(points):
             return reachable
-        apart, distance = self._outline.apart(points)
-        nearest = int(distance.argmin())
-        now = float(distance[nearest])
-        margin = min(self._margin_ahead(points), self._margin_across(apart, distance, nearest))
-        if now >= margin and self.clearance(points, self._stop(reachable)) >= margin:
+        now, margin = self._margin(points)
+        if now >= margin and self._clearance_in_stopping(points, reachable) >= margin:
             return reachable
-        away = -apart[nearest] if now > 0 else self._outline.out_of(points)
+        apart, distance = self._outline.apart(points)
+        away = -apart[int(distance.argmin())] if now > 0 else self._outline.out_of(points)
         x, y = (away / max(norm(*away.tolist()), 1e-9)).tolist()
         keep = min(margin, now if now > 0 else self.clearance(points, STANDING))
         pressed = min(HARDEST, max(0.0, margin - now) / SOFT)
@@ -82,7 +82,7 @@ class CollisionGuard:
         as_wanted = wanted.turn and (not self._sideways or (self._outline.is_round and not wanted.speed))
         for other in chain((wanted,), others) if as_wanted else others:
             reachable = self._reachable(before, other)
-            if self.clearance(points, self._stop(reachable)) >= self._least(reachable, keep, margin, y):
+            if self._clearance_in_stopping(points, reachable) >= self._least(reachable, keep, margin, y):
                 return reachable
         return self.brake(before)
 
@@ -113,33 +113,32 @@ class CollisionGuard:
 
     def margin(self, points: Points) -> float:
         """The distance to keep from the walls, m: less where they leave less room."""
-        apart, distance = self._outline.apart(points)
-        return min(self._margin_ahead(points), self._margin_across(apart, distance, int(distance.argmin())))
+        return self._margin(points)[1]
+
+    def _margin(self, points: Points) -> tuple[float, float]:
+        """The distance of the nearest point from the outline, and the distance to keep, m.
+
+        There is a margin for the passage between what is at the left and at the right, up to a little ahead, and one
+        between the nearest point and what is opposite to it, however the robot stands still. The smaller one counts.
+        """
+        now, ahead, across = looked_round(points, self._outline.box, self._beside)
+        return now, min(self._margin_for(ahead - 2 * self._beside[2]), self._margin_for(across))
 
     def clearance(self, points: Points, poses: NDArray[np.float64]) -> float:
         """Smallest distance from any of the points to the outline at any of the poses, m; negative within it."""
         return self._outline.clearance(points, poses)
 
-    def _margin_ahead(self, points: Points) -> float:
-        """The margin for the passage between what is at the left and at the right, up to a little ahead."""
-        (middle, _), (half, side) = self._outline.middle.tolist(), self._outline.half.tolist()
-        room = room_ahead(points, (middle - half, middle + half, side, self._settings.foresee))
-        return self._margin_for(room - 2 * side)
-
-    def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
-        """The margin between the nearest point and what is opposite to it, however the robot stands still."""
-        return self._margin_for(room_across(apart, distance, nearest))
-
     def _margin_for(self, room: float) -> float:
         """The margin where the robot has this much room (m) besides itself."""
         return min(self._settings.margin, max(self._settings.least_margin, room / 2 - self._settings.spare))
 
-    def _stop(self, twist: Twist) -> NDArray[np.float64]:
-        """Where the robot is after a period with this twist and after each period of braking, shape (k, 3)."""
+    def _clearance_in_stopping(self, points: Points, twist: Twist) -> float:
+        """The clearance of a robot that follows a twist for a period and then brakes, period by period."""
         period, base = self._robot.period, self._robot.base
         if isinstance(base, Holonomic):
-            return stopping((twist.forward, twist.left, twist.turn), period, base.changes(self._robot.limits, period))
-        return _followed(twist, period, self.brake)
+            velocity, changes = (twist.forward, twist.left, twist.turn), base.changes(self._robot.limits, period)
+            return clearance_in_stopping(points, self._outline.box, velocity, period, changes)
+        return self.clearance(points, _followed(twist, period, self.brake))
 
 
 def _followed(twist: Twist, period: float, brake: Callable[[Twist], Twist]) -> NDArray[np.float64]:
@@ -162,6 +161,28 @@ def stopping(velocity: tuple[float, float, float], period: float, changes: tuple
         changes: the largest of translation and rotation in a period, m/s and rad/s, positive.
     """
     return _followed(Twist(*velocity), period, lambda twist: reached(twist, STOP, changes))
+
+
+@compiled
+def clearance_in_stopping(
+    points: Points, box: Box, velocity: tuple[float, float, float], period: float, changes: tuple[float, float]
+) -> float:
+    """`least_clearance` at the poses of `stopping`, m; the arguments are theirs."""
+    return least_clearance(points, stopping(velocity, period, changes), box)
+
+
+@compiled
+def looked_round(points: Points, box: Box, bounds: tuple[float, float, float, float]) -> tuple[float, float, float]:
+    """The distance of the nearest point from the outline, `room_ahead` and `room_across`, m.
+
+    Args:
+        points: what is near, in the robot's frame, m, shape (n, 2), one at least.
+        box: the outline.
+        bounds: as for `room_ahead`.
+    """
+    apart, distance = from_core(points, box)
+    nearest = int(distance.argmin())
+    return float(distance[nearest]), room_ahead(points, bounds), room_across(apart, distance, nearest)
 
 
 @compiled

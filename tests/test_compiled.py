@@ -141,7 +141,10 @@ def perceived(generator):
     yield "perception.points_of", ranges, *generator.uniform(-1, 1, (2, len(ranges))), place
     hit = ranges[beams]
     yield "perception.any_nearer", ranges[beams], float(generator.uniform(0, 1))
+    yield "perception.all_hit", ranges if generator.random() < 0.5 else ranges[beams]
+    outline = tuple(map(tuple, generator.uniform(-1, 1, (int(generator.integers(1, 9)), 2)).tolist()))
     first, last = generator.uniform(-4, 4, 2).tolist()
+    yield "perception.extent_along", outline, (math.cos(first), math.sin(first))
     ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
     yield "perception.out_of_view", points, place, ends, float(generator.uniform(0, 6))
     yield "perception.runs_of", points, hit, beams, (step / 0.2, 0.1, int(generator.integers(0, 4)))
@@ -219,8 +222,12 @@ def guarded(generator):
     poses = generator.uniform(-1, 1, (int(generator.integers(1, 8)), 3))
     yield "skills.least_clearance", points, poses, box
     velocity = generator.choice([0.0, 1.0], 3) * generator.uniform(-1, 1, 3)
-    yield "skills.stopping", tuple(velocity.tolist()), 0.1, tuple(generator.choice([0.005, 0.15, 2.0], 2).tolist())
-    yield "skills.room_ahead", points, (*sorted(generator.uniform(-0.4, 0.4, 2).tolist()), 0.25, reach)
+    stop = tuple(velocity.tolist()), 0.1, tuple(generator.choice([0.005, 0.15, 2.0], 2).tolist())
+    yield "skills.stopping", *stop
+    yield "skills.clearance_in_stopping", points, box, *stop
+    bounds = *sorted(generator.uniform(-0.4, 0.4, 2).tolist()), 0.25, reach
+    yield "skills.room_ahead", points, bounds
+    yield "skills.looked_round", points, box, bounds
     apart, distance = TWINS["skills.from_core"].plain(points, box)
     yield "skills.room_across", apart, distance, int(distance.argmin())
     yield "skills.passage_between", points, (0.25, reach, 0.1, float(generator.uniform(0, 1)), 0.5)

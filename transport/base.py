@@ -33,6 +33,11 @@ class Limits(Settings):
     translation: Literal["norm", "axis"] = "norm"
     """Whether the speed limit holds for the norm of the translational velocity or for each of its axes."""
 
+    @property
+    def largest_speed(self) -> float:
+        """The largest norm of the translational velocity, m/s."""
+        return self.speed if self.translation == "norm" else math.sqrt(2) * self.speed
+
 
 class Holonomic(Settings):
     """A base that moves in any direction and turns meanwhile."""
@@ -46,10 +51,13 @@ class Holonomic(Settings):
         Where the limit of speed holds for the norm, the translation is scaled and keeps its direction; where it holds
         for each axis, each axis is cut on its own. The rotation is cut.
         """
+        speed = twist.speed
+        if limits.translation == "norm" and speed <= limits.speed and abs(twist.turn) <= limits.turn_rate:
+            return twist
         turn = _cut(twist.turn, limits.turn_rate)
         if limits.translation == "axis":
             return Twist(_cut(twist.forward, limits.speed), _cut(twist.left, limits.speed), turn)
-        share = _share(limits.speed, twist.speed)
+        share = _share(limits.speed, speed)
         return Twist(share * twist.forward, share * twist.left, turn)
 
     def towards(self, before: Twist, wanted: Twist, limits: Limits, duration: float) -> Twist:

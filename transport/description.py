@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Annotated, Self, TypeVar
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
@@ -92,6 +93,12 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 )
 
 
+@lru_cache(maxsize=16)
+def _extents(footprint: tuple[Point, ...]) -> tuple[float, float]:
+    """How far a footprint reaches from its origin, and how far to a side, m."""
+    return max(norm(x, y) for x, y in footprint), max(abs(y) for _, y in footprint)
+
+
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
@@ -117,6 +124,23 @@ class RobotDescription(Settings):
         if reason := outline_fault(footprint):
             raise ValueError(reason)
         return footprint if area_of(footprint) > 0 else footprint[::-1]
+
+    @model_validator(mode="after")
+    def _sees_where_it_drives(self) -> Self:
+        """The laser is a part of the robot, and sees as far as the robot needs to stop."""
+        laser, radius, needed = self.laser, self.radius, self.radius + self.stopping_distance
+        if norm(laser.mount_x, laser.mount_y) > radius + 1e-6:
+            raise ValueError(
+                f"has its laser at ({laser.mount_x:g}, {laser.mount_y:g}) m, outside the circle of {radius:.3g} m that "
+                "its footprint sweeps: the laser is a part of the robot, so correct `laser.mount_x`, `laser.mount_y` "
+                "or `footprint`"
+            )
+        if laser.range_max < needed:
+            raise ValueError(
+                f"needs {needed:.3g} m to stop from its largest speed, and its laser sees {laser.range_max:g} m: "
+                "lower `limits.speed`, or correct `limits.acceleration` or `laser.range_max`"
+            )
+        return self
 
     @field_validator("base", mode="before")
     @classmethod
@@ -147,12 +171,18 @@ class RobotDescription(Settings):
     @property
     def radius(self) -> float:
         """Radius of the circle about the robot's origin that its footprint sweeps when it rotates, m."""
-        return max(norm(x, y) for x, y in self.footprint)
+        return _extents(self.footprint)[0]
 
     @property
     def half_width(self) -> float:
         """Largest extent to a side, m."""
-        return max(abs(y) for _, y in self.footprint)
+        return _extents(self.footprint)[1]
+
+    @property
+    def stopping_distance(self) -> float:
+        """The way from its largest speed to standstill, at most, m: one more period at that speed, then braking."""
+        speed = self.limits.largest_speed
+        return speed * self.period + speed * speed / (2 * self.limits.acceleration)
 
     def limited(self, twist: Twist) -> Twist:
         """The velocity that the base makes of a command."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -117,7 +118,7 @@ class Scan:
     ranges: NDArray[np.float32]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Odometry:
     """The pose of the robot by its wheels; it drifts and its origin is arbitrary.
 
@@ -143,7 +144,7 @@ class Odometry:
         qw, qz = cos_sin(pose.heading / 2)
         return cls(stamp, pose.x, pose.y, qz, qw, twist)
 
-    @property
+    @cached_property
     def pose(self) -> Pose:
         """Position and heading in the odometry frame."""
         return Pose(self.x, self.y, wrap_angle(2 * atan2(self.qz, self.qw)))

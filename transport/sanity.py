@@ -132,7 +132,11 @@ def counted(ranges: NDArray[np.float32], shortest: float) -> tuple[int, int, boo
 def odometry_fault(odometry: Odometry) -> str:
     """Why odometry makes no sense, or nothing."""
     twist = odometry.twist
-    if not all(map(math.isfinite, (odometry.x, odometry.y, twist.forward, twist.left, twist.turn))):
+    parts = (odometry.x, odometry.y, twist.forward, twist.left, twist.turn)
+    if not (
+        math.isfinite(odometry.x + odometry.y + twist.forward + twist.left + twist.turn)
+        or all(map(math.isfinite, parts))
+    ):
         return "the odometry is not finite"
     length = norm(odometry.qz, odometry.qw)
     if not abs(length - 1) < 0.01:
@@ -149,6 +153,8 @@ def observed(stamp: int, scan: Scan, odometry: Odometry, door: DoorReply | None 
         odometry: the newest odometry.
         door: the answer to a ring, if one came.
     """
-    ages = (stamp - scan.stamp) / NANOSECONDS, (stamp - odometry.stamp) / NANOSECONDS
     refused = blindness(scan) or odometry_fault(odometry)
+    if not refused and scan.stamp == odometry.stamp == stamp:
+        return Observation(stamp, scan, odometry, door)
+    ages = (stamp - scan.stamp) / NANOSECONDS, (stamp - odometry.stamp) / NANOSECONDS
     return Observation(stamp, scan, odometry, door, LinkStatus(*ages, refused=refused))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from math import inf
+from math import inf, ulp
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
@@ -37,6 +37,11 @@ IDLE = -inf
 """Marks that the instance of a property is not active."""
 
 _ARMED = 1.0
+_FAR = 1e-6
+"""A deadline farther away than this, s, and than some spacings of floats, has not come, however times are rounded."""
+
+
+_TIMED = (Recurrence, Response)
 
 
 def begin(stated: Property, time: float) -> Memory:
@@ -69,7 +74,7 @@ def look(
 
 def deadline(stated: Property, memory: Memory) -> float | None:
     """When a property will be violated, if nothing happens until then."""
-    return memory if memory != IDLE and isinstance(stated.claim, Recurrence | Response) else None
+    return memory if memory != IDLE and isinstance(stated.claim, _TIMED) else None
 
 
 def _begun(claim: Claim, time: float) -> Memory:
@@ -78,6 +83,8 @@ def _begun(claim: Claim, time: float) -> Memory:
 
 def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memory, bool]:
     match claim:
+        case Paced(within):
+            return time + within, memory is not None and _late(memory, time, met=True)
         case Never(condition):
             return None, holds(condition) is True
         case AlwaysHolds(condition):
@@ -100,12 +107,12 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
             if not armed or holds(first) is True:
                 return None, False
             return _ARMED, holds(then) is True
-        case Paced(within):
-            return time + within, memory is not None and _late(memory, time, met=True)
 
 
 def _late(due: float, time: float, *, met: bool) -> bool:
     """Whether a deadline has passed; exactly at the deadline is still in time."""
+    if time <= due and (met or due - time > _FAR + 8 * ulp(time)):
+        return False  # most steps: the rounded comparison below says the same
     end = nanoseconds(due)
     return nanoseconds(time) > end + tolerance(time) if met else reached(end, time)
 
@@ -158,6 +165,7 @@ class Monitor:
         self._violated: set[int] = set()
         self._all = range(len(self._stated))
         self._of_signals = frozenset(index for index in self._all if _asks_signals(self._stated[index].claim))
+        self._timed = frozenset(index for index in self._all if isinstance(self._stated[index].claim, _TIMED))
         self._began = False
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
@@ -167,9 +175,10 @@ class Monitor:
         time = self._supervisor.time
         found: list[Violation] = []
         if self._paced:
-            self._pace, late = look(PACE, self._pace, time, _not_asked)
-            self._paced = not late
-            found += [Violation(PACE, time, self._supervisor.configuration, assumed=True)] * late
+            self._pace, late = _look(PACE.claim, self._pace, time, _not_asked)
+            if late:
+                self._paced = False
+                found.append(Violation(PACE, time, self._supervisor.configuration, assumed=True))
         looked_at = [index for index in self._all if self._moves(index)] if at_rest else self._all
         if not looked_at:
             return tuple(found)
@@ -187,9 +196,10 @@ class Monitor:
 
     def _moves(self, index: int) -> bool:
         """Whether a property can have another verdict, or another memory, with the same states and variables."""
+        if index in self._of_signals or index in self._violated:
+            return True
         memory = self._memories[index]
-        waits = memory is not None and memory != IDLE and isinstance(self._stated[index].claim, Recurrence | Response)
-        return waits or index in self._of_signals or index in self._violated
+        return index in self._timed and memory is not None and memory != IDLE
 
 
 def _not_asked(_condition: Expression) -> None:

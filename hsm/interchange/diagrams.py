@@ -169,7 +169,8 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
     if form == "dot":
         return text.encode()
     if not installed():
-        raise NoGraphvizError("this needs pygraphviz: install maze-machine[diagrams], or write a .dot or .mmd")
+        message = 'this picture needs pygraphviz, which is not installed; pip install "maze-machine[diagrams]"'
+        raise NoGraphvizError(f"{message}, or write a .dot or .mmd file")
     try:
         return drawn(text, form)
     except DrawingError as error:
@@ -427,10 +428,10 @@ class _Picture(NestedGraph):
             ends = self._head(target)
             if states[target].children and transition.source == target:
                 ends = {}
-            inside = transition.source < target <= states[transition.source].last
+            inside = target in states[transition.source].subtree[1:]
             if states[transition.source].children and transition.source and not inside and transition.source != target:
                 ends["ltail"] = f"cluster_{_path(self._model, transition.source)}"
-            if states[target].children and target < transition.source <= states[target].last:
+            if states[target].children and transition.source in states[target].subtree[1:]:
                 ends.pop("lhead", None)
             self.fsm_graph.add_edge(source, self._anchor(target), label=label, **ends, **style)
 

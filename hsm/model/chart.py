@@ -325,6 +325,11 @@ class State:
         """The last part of the full name."""
         return self.name.rpartition(".")[2]
 
+    @property
+    def subtree(self) -> range:
+        """The indices of this state and its descendants."""
+        return range(self.index, self.last + 1)
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:

@@ -69,7 +69,7 @@ def diagram(
 
 
 def load_chart(file: str, library: str | None = None) -> Machine:
-    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name.
+    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a machine's name.
 
     Args:
         file: the file or name.

@@ -1,4 +1,4 @@
-"""The loop that runs a machine on a robot: communicate, prepare, coordinate, act, communicate, log, tick by tick."""
+"""The loop that runs a machine on a robot: communicate, prepare, coordinate, act, communicate, watch, log."""
 
 from __future__ import annotations
 
@@ -84,14 +84,20 @@ def ticks(
         acted = perf_counter()
         robot.command(command)  # communicate
         commanded = perf_counter()
+        violations = monitor.look(facts, step)  # watch
         phases = Phases(
-            observed - began, prepared - observed, coordinated - prepared, acted - coordinated, commanded - acted
+            observed - began,
+            prepared - observed,
+            coordinated - prepared,
+            acted - coordinated,
+            commanded - acted,
+            perf_counter() - commanded,
         )
-        violations = monitor.look(facts, step)
         report = StepReport(machine, step, supervisor.outcome, supervisor.variables, supervisor.arguments, violations)
         leading = next((state for state, _ in effects), "")
         really = None if truth is None else truth(index)
-        yield Tick(index, observation, report, leading, command, phases, sent, really, facts)  # log
+        place = "" if facts.world.surveyor is None else facts.world.surveyor.knowledge.value
+        yield Tick(index, observation, report, leading, command, phases, sent, really, facts, place)  # log
         if supervisor.outcome is not None:
             return
 

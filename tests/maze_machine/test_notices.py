@@ -27,7 +27,7 @@ def said(ticks):
     for index, (twist, pose, blind) in enumerate(ticks):
         stamp = 5 * 10**9 + index * 10**8
         observation = Observation(stamp, SCAN, Odometry.at(stamp, pose), link=LinkStatus(blind=blind))
-        notices(Tick(index, observation, report, "", Command(twist), Phases(0, 0, 0, 0, 0)))
+        notices(Tick(index, observation, report, "", Command(twist), Phases(0, 0, 0, 0, 0, 0)))
     return out.getvalue().splitlines()
 
 

@@ -231,7 +231,7 @@ class Session:
             raise _unreadable(error) from None
 
     def why(self, state: str | None = None) -> list[str]:
-        """The verdicts about the transitions that the last step considered.
+        """The verdicts about the transitions that the last step considered, and about those of the active states.
 
         Args:
             state: only those of this state, by its own name or its full one.
@@ -246,10 +246,10 @@ class Session:
             if not full:
                 raise SessionError(f"there is no state `{state}`; the states: {', '.join(names)}")
         looked = [
-            one for one in self.driver.last.considered if state is None or states[one.transition.source].name in full
+            one for one in self.driver.last.verdicts if state is None or states[one.transition.source].name in full
         ]
         if not looked:
-            return ["the last step considered none of them: the state was not active, or no trigger occurred"]
+            return ["the state is not active, or it has no transitions"]
         return [
             f"line {one.transition.place.line if one.transition.place else '-'}: "
             f"{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"

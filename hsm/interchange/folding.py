@@ -93,7 +93,7 @@ def excerpt(model: Model, opened: Opened = everything, within: str | None = None
     order = {index: place for place, index in enumerate(kept)}
     states = tuple(_renumbered(model.states[index], number, stands_for, order) for index in shown)
     if top is not None:
-        root = replace(states[0], children=(1,), last=len(states) - 1, initial=(), initial_actions=(), transitions=())
+        root = replace(states[0], children=(1,), last=len(states) - 1, initial=(1,), initial_actions=(), transitions=())
         states = (root, *states[1:])
         kept = [index for index in kept if model.transitions[index].source]
         order = {index: place for place, index in enumerate(kept)}

@@ -15,7 +15,7 @@ import numpy as np
 
 from maze_machine.campaign.jobs import Record
 from maze_machine.campaign.summary import Row
-from maze_machine.errors import FileError, UsageError
+from maze_machine.errors import FileError, missing_package
 from transport.files import replacing
 
 if TYPE_CHECKING:
@@ -44,9 +44,7 @@ def _pyarrow() -> Any:
     try:
         import pyarrow.parquet  # noqa: PLC0415 - an extra
     except ImportError:
-        raise UsageError(
-            "columns need pyarrow, which is not installed", 'pip install "maze-machine[columns]"'
-        ) from None
+        raise missing_package("a file of columns", "pyarrow", "columns") from None
     return pyarrow
 
 

@@ -217,8 +217,8 @@ class FreeSpaceSettings(Settings):
     """So far about its origin it is free, for the robot could turn there, m."""
     before: Positive = 0.1
     """The last part of a beam before its hit does not count as free, m."""
-    every: Count = 4
-    """A scan is drawn after this many ticks, the first that is matched then: twice shows what has come, within 1 s."""
+    every: Count = 5
+    """After this many ticks a scan is drawn, the first that is matched then."""
     gain: Count = 2
     """The increment of a cell for a beam that passes through it."""
     loss: Count = 3

@@ -100,10 +100,11 @@ class TriedMachine:
         """Publish a step, microstep by microstep."""
         if driver is not self._driver:  # it has begun again
             self._driver, self._count = driver, 0
-            self._violated = property_watch(self._properties)
+            self._look, self._violated = property_watch(self._properties), list[str]()
             if (initial := driver.supervisor.initial) is not None:
                 self._show(driver, initial, dict(driver.variables), (), {"restart": True})
-        violated = self._violated(driver)
+        before, self._violated = self._violated, self._look(driver)
+        violated = [one for one in self._violated if one not in before]
         steps = driver.microsteps() or [(driver.last, dict(driver.variables))]
         for number, (step, variables) in enumerate(steps, 1):
             said = {"microstep": [number, len(steps)]} if len(steps) > 1 else {}

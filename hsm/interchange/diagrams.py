@@ -12,6 +12,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
+from difflib import get_close_matches
 from itertools import cycle
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -159,7 +160,9 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
     try:
         part = excerpt(machine.model, look.opened, look.within)
     except LookupError:
-        raise DiagramError(f"machine {machine.model.name} has no state `{look.within}`") from None
+        close = get_close_matches(str(look.within), [one.name for one in machine.model.states[1:]], 1)
+        hint = f"; did you mean `{close[0]}`?" if close else ""
+        raise DiagramError(f"machine {machine.model.name} has no state `{look.within}`{hint}") from None
     depth = Topology(part.model).depth
     if depth > DEPTH:
         raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")

@@ -81,6 +81,30 @@ def test_a_wait_stops_where_something_holds(session):
     assert session.do("after 5 s").time == pytest.approx(6.2)
 
 
+def test_a_line_that_a_break_stops_keeps_what_it_did(session):
+    session.stop_when("moving")
+    session.do("when event go")
+    assert session.do("after 1 s, space.left").time == pytest.approx(1.1), "it has come to hold once"
+    session.stop_when("idle")
+    session.do("after 1 s, event go")
+    assert session.lines == ["when event go", "after 1 s, space.left", "after 1 s, event go"]
+    session.stop_when("line 23")
+    session.back()
+    assert session.do("after 5 s").time == pytest.approx(2.1)
+
+
+def test_a_violated_property_is_told():
+    library = robot_names()
+    text = "machine m\nevent go\nproperty never_b : never in(b)\ninitial a\nstate a\n    on go -> b\nstate b\n"
+    session = Session(hsm.loads(text, library), library)
+    assert session.moment.violated == ()
+    assert session.do("when event go").violated == ("never_b: never in(b)",)
+    assert session.do("after 5 s").violated == ("never_b: never in(b)",)
+    session.back(2)
+    assert session.moment.violated == ()
+    assert session.do("when event go").violated == ("never_b: never in(b)",)
+
+
 def test_a_break_stops_what_is_waited_for_too(session):
     session.do("when event go")
     session.do("when space.left")

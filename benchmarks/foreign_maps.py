@@ -23,14 +23,16 @@ from sim.maze import Maze, MazeError, Nothing, Start
 from transport.description import RobotDescription
 from transport.messages import Pose
 
-SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png", ".bmp", ".yaml"}
+SUFFIXES = {".maze", ".txt", ".num", ".maz", ".pgm", ".png", ".bmp", ".yaml"}
 KNOWN = (
     ("does not fit at its start", "no room at the default start: give `--start`"),
     ("no way leads", "no way from the start: give `--start`, `--exit` or `--goal`"),
     ("grey areas", "grey is not a door there: give `--grey`"),
     ("cannot be read", "the description names an image that is not there"),
     ("is missing", "no map: a description of something else"),
-    ("is not known here", "no map: another kind of text"),
+    ("does not describe a map", "no map: a description of something else"),
+    ("is not a map's description", "no map: a description of something else"),
+    ("is unknown here", "no map: another kind of text"),
     ("no wall", "no wall in it: a mask of another kind"),
 )
 

@@ -110,6 +110,13 @@ def _jittered(scan: Scan, k: int) -> Scan:
     return Scan(scan.stamp, replace(shape, beams=beams), ranges)
 
 
+def _mixed(scan: Scan) -> Scan:
+    ranges = scan.ranges.copy()
+    for first, value in ((0, -math.inf), (7, math.inf), (14, math.nan)):
+        ranges[first::21] = value
+    return replace(scan, ranges=ranges)
+
+
 def _clockwise(scan: Scan) -> Scan:
     shape = scan.geometry
     turned = ScanGeometry(shape.beams, shape.angle_max, -shape.angle_increment, shape.range_min, shape.range_max)
@@ -128,6 +135,7 @@ HABITS = (
     Habit("both stop", lambda scan, odometry, k: (None, None)),
     Habit("the scans stop for a second", lambda scan, odometry, k: (None if k < 10 else scan, odometry)),
     Habit("every other scan is lost", lambda scan, odometry, k: (scan if k % 2 else None, odometry)),
+    Habit("odometry comes each half second", lambda scan, odometry, k: (scan, None if k % 5 else odometry)),
     Habit("the last scan again and again", lambda scan, odometry, k: (replace(scan, stamp=1_000_000_000), odometry)),
     Habit("all beams NaN", lambda scan, odometry, k: (_filled(scan, math.nan), odometry), fault="laser_blinded"),
     Habit("all beams 0", lambda scan, odometry, k: (_filled(scan, 0.0), odometry)),
@@ -136,8 +144,10 @@ HABITS = (
     Habit("odometry NaN", lambda scan, odometry, k: (scan, replace(odometry, x=math.nan))),
     Habit("five beams -inf", lambda scan, odometry, k: (_filled(scan, -math.inf, last=5), odometry)),
     Habit("all beams +inf", lambda scan, odometry, k: (_filled(scan, math.inf), odometry)),
+    Habit("-inf, +inf and NaN in a seventh of the beams", lambda scan, odometry, k: (_mixed(scan), odometry)),
     Habit("stamps 100 s back", lambda scan, odometry, k: _stamped(scan, odometry, -100.0)),
     Habit("stamps an hour ahead", lambda scan, odometry, k: _stamped(scan, odometry, 3600.0)),
+    Habit("stamps anywhere within 50 s", lambda scan, odometry, k: _stamped(scan, odometry, 37.0 * k % 101.0 - 50.0)),
     Habit("all stamps 0", lambda scan, odometry, k: _stamped(scan, odometry, None), from_start=True),
     Habit("the number of beams varies", lambda scan, odometry, k: (_jittered(scan, k), odometry), from_start=True),
     Habit("clockwise", lambda scan, odometry, k: (_clockwise(scan), odometry), from_start=True),

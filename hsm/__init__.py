@@ -144,6 +144,7 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
         TypeError: the text is not text, or the library is not a ``Library``.
     """
     _require(text, (str,), "the text of a machine")
+    _require(file, (str,), "the file name of a machine")
     _require_library(library)
     from hsm.dsl import parse_model  # noqa: PLC0415 - the engine works without the language
     from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
@@ -167,7 +168,11 @@ def to_transitions(
     Raises:
         MachineError: the machine uses features outside the shared subset; the error lists all of them.
         ValueError: a parameter is unknown, or one without a default is missing.
+        TypeError: what is converted is not a machine.
     """
+    from hsm.engine.machine import Machine  # noqa: PLC0415 - only who converts a machine needs it here
     from hsm.interchange.backend import to_transitions as convert  # noqa: PLC0415 - nobody else needs the library
+
+    _require(machine, (Machine,), "what is converted")
 
     return convert(machine, model, parameters)

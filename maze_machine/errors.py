@@ -63,6 +63,17 @@ class UsageError(CommandError):
     """Arguments that exclude each other or name something unknown."""
 
 
+def missing_package(subject: str, package: str, extra: str) -> UsageError:
+    """The error where an extra is not installed.
+
+    Args:
+        subject: what needs it.
+        package: the missing package.
+        extra: the extra of this project that brings it.
+    """
+    return UsageError(f"{subject} needs {package}, which is not installed", f'pip install "maze-machine[{extra}]"')
+
+
 class FileError(CommandError):
     """A file that is missing or cannot be used."""
 

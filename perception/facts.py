@@ -242,6 +242,6 @@ def take_in(facts: Facts, world: WorldModel) -> None:
     world.survey(facts.sweep)
     if world.reckoned:
         world.align(facts.compass)
-    if world.surveyor and world.surveyor.drawing:
+    if world.surveyor and world.surveyor.sure:
         world.notice_doors(facts.doors)
     world.follow_lane(facts.sweep, facts.robot.footprint)

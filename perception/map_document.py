@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from perception.mapping.information import Symmetric
-from transport.files import write_text
+from transport.files import read_at_most, write_text
 from transport.wording import in_words, printable
 
 FORMAT: Literal["maze-machine map"] = "maze-machine map"
@@ -180,12 +180,9 @@ def read_map(path: Path) -> MapDocument:
 
     Raises:
         MapError: it is not a map, of another version, damaged or too large.
-        OSError: it cannot be read.
+        OSError: it cannot be read, or is not a regular file.
     """
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise MapError(f"{path} is not a regular file")  # a named pipe would wait for its writer
-    with path.open("rb") as file:
-        content = file.read(LARGEST + 1)
+    content = read_at_most(path, LARGEST + 1)
     if len(content) > LARGEST:
         raise MapError(f"{path}: the map is larger than {LARGEST // 1024 // 1024} MiB")
     return parsed(content, str(path))

@@ -6,8 +6,9 @@ import math
 
 from perception.facts import Facts
 from skills.safety import CollisionGuard
-from skills.settings import SkillSettings
+from skills.settings import SafetySettings, SkillSettings
 from skills.surroundings import Surroundings
+from transport.arithmetic import norm
 from transport.description import RobotDescription
 from transport.messages import STOP, Command
 
@@ -20,7 +21,7 @@ class MotionChain:
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings) -> None:
         self._guard = CollisionGuard(robot, settings.safety)
-        self._surroundings = Surroundings(settings.safety.reach)
+        self._surroundings = Surroundings(reach_of(robot, settings.safety))
         self._last = STOP
 
     def shape(self, wanted: Command, facts: Facts) -> Command:
@@ -46,3 +47,13 @@ class MotionChain:
         self._surroundings.update(facts)
         self._last = STOP
         return Command(answers=facts.observation.stamp)
+
+
+def reach_of(robot: RobotDescription, settings: SafetySettings) -> float:
+    """How far from the sensor points matter to the guard, m: at least so far that the robot can still stop.
+
+    A point that comes within reach is seen a period later at the latest; braking from then on keeps the margin.
+    """
+    sensor = norm(robot.laser.mount_x, robot.laser.mount_y)
+    approach = robot.limits.largest_speed * robot.period + robot.stopping_distance
+    return max(settings.reach, sensor + robot.radius + settings.margin + approach)

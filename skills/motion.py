@@ -108,6 +108,38 @@ class Headway:
         return time - self._since > self._patience
 
 
+HELD_AFTER = 0.5
+"""A robot that has rested for this long is held up, s."""
+STILL = 0.02
+"""A robot that has moved less than this rests, m."""
+
+
+class HeldUp:
+    """Detects that something beside the way ahead holds up a robot that should be farther aside."""
+
+    def __init__(self, needed: float) -> None:
+        """Args: from how far aside on it matters, m."""
+        self._needed = needed
+        self._watch = Stopwatch()
+        self._since = 0.0
+        self._pose: Pose | None = None
+        self._held = False
+
+    def update(self, facts: Facts, aside: float) -> bool:
+        """Whether the robot is held up: from when it has rested until it is where it should be.
+
+        Args:
+            facts: of this tick.
+            aside: how far to its left the robot should be, m.
+        """
+        time, pose = self._watch.update(facts), facts.observation.odometry.pose
+        if self._pose is None or norm(pose.x - self._pose.x, pose.y - self._pose.y) > STILL:
+            self._since, self._pose = time, pose
+        rested = time - self._since > HELD_AFTER
+        self._held = abs(aside) > self._needed and (self._held or rested)
+        return self._held
+
+
 class Progress:
     """Detects that a remaining distance does not shrink."""
 

@@ -33,6 +33,11 @@ class Limits(Settings):
     translation: Literal["norm", "axis"] = "norm"
     """Whether the speed limit holds for the norm of the translational velocity or for each of its axes."""
 
+    @property
+    def largest_speed(self) -> float:
+        """The largest norm of the translational velocity, m/s."""
+        return self.speed if self.translation == "norm" else math.sqrt(2) * self.speed
+
 
 class Holonomic(Settings):
     """A base that moves in any direction and turns meanwhile."""

@@ -12,11 +12,12 @@ from transport.bus import Bus
 from transport.clock import Clock, MonotonicClock
 from transport.description import RobotDescription
 from transport.driver import RosDriver
+from transport.hearing import heard_instead
 from transport.keys import RobotKeys
 from transport.leased import LeasedDriver
 from transport.lockstep import RemoteLockstep
 from transport.realtime import RealtimeRobot
-from transport.robot import LinkError
+from transport.robot import LinkError, NoAnswerError
 from transport.session import Granted, Open, open_session
 from transport.settings import LinkSettings
 from transport.zenoh_bus import ZenohBus, session_settings
@@ -149,6 +150,10 @@ def open_robot(
         else:
             driver = RosDriver(bus, keys)
         robot = RealtimeRobot(driver, description, settings, clock)
+    except NoAnswerError as error:
+        heard = heard_instead(bus, keys)
+        bus.close()
+        raise NoAnswerError(f"{error}: {heard}") from None
     except BaseException:
         bus.close()
         raise

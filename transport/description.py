@@ -125,6 +125,23 @@ class RobotDescription(Settings):
             raise ValueError(reason)
         return footprint if area_of(footprint) > 0 else footprint[::-1]
 
+    @model_validator(mode="after")
+    def _sees_where_it_drives(self) -> Self:
+        """The laser is a part of the robot, and sees as far as the robot needs to stop."""
+        laser, radius, needed = self.laser, self.radius, self.radius + self.stopping_distance
+        if norm(laser.mount_x, laser.mount_y) > radius + 1e-6:
+            raise ValueError(
+                f"has its laser at ({laser.mount_x:g}, {laser.mount_y:g}) m, outside the circle of {radius:.3g} m that "
+                "its footprint sweeps: the laser is a part of the robot, so correct `laser.mount_x`, `laser.mount_y` "
+                "or `footprint`"
+            )
+        if laser.range_max < needed:
+            raise ValueError(
+                f"needs {needed:.3g} m to stop from its largest speed, and its laser sees {laser.range_max:g} m: "
+                "lower `limits.speed`, or correct `limits.acceleration` or `laser.range_max`"
+            )
+        return self
+
     @field_validator("base", mode="before")
     @classmethod
     def _with_wheels(cls, base: object, info: ValidationInfo) -> object:
@@ -160,6 +177,12 @@ class RobotDescription(Settings):
     def half_width(self) -> float:
         """Largest extent to a side, m."""
         return _extents(self.footprint)[1]
+
+    @property
+    def stopping_distance(self) -> float:
+        """The way from its largest speed to standstill, at most, m: one more period at that speed, then braking."""
+        speed = self.limits.largest_speed
+        return speed * self.period + speed * speed / (2 * self.limits.acceleration)
 
     def limited(self, twist: Twist) -> Twist:
         """The velocity that the base makes of a command."""

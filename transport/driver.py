@@ -127,6 +127,11 @@ class RosDriver:
         """Ring at the door; the answer arrives with a later observation."""
         self._bell.ring()
 
+    @property
+    def listens(self) -> str:
+        """Where scan and odometry are expected, for a person."""
+        return f"listens on `{self._keys.scan}` and `{self._keys.odometry}`"
+
     def heard(self) -> str:
         """The subscribed keys, unreadable messages, and other topics on the network."""
         return self._unread or heard_instead(self._bus, self._keys)

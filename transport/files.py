@@ -30,6 +30,26 @@ class BusyFileError(OSError):
         super().__init__(errno.EBUSY, f"is being written by {holder}: wait for it, or choose another file", str(path))
 
 
+def read_at_most(path: Path, size: int) -> bytes:
+    """The beginning of a regular file: a device or a named pipe, which may have no end, is refused.
+
+    Args:
+        path: the file.
+        size: how many bytes are read at most.
+
+    Raises:
+        OSError: it cannot be read, or is a folder or another thing than a regular file.
+    """
+    status = path.stat()
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    with path.open("rb") as file:
+        # No more than there is: a reader allocates as much memory as it requests.
+        return file.read(min(status.st_size + 1, size))
+
+
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace a file, or make it.
 

@@ -368,7 +368,7 @@ class DriverBase:
         if self._senses.refused:
             return f"the robot's sensors cannot be trusted: {self._senses.refused}"
         sensing = self._senses.scan is not None and self._senses.odometry is not None
-        return "" if sensing else "the robot's driver sends no scan or no odometry"
+        return "" if sensing else f"the robot's driver sends no scan or no odometry: the gate {self._driver.listens}"
 
     def end(self) -> None:
         """Hardware continues."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import takewhile
 from typing import NamedTuple
 
 from transport.bus import Bus
@@ -47,7 +48,7 @@ def topic_of(key: str) -> Topic | None:
 
 
 def heard_instead(bus: Bus, keys: RobotKeys) -> str:
-    """One sentence: the keys where a robot's scan was expected, the topics that exist instead, and a suggestion.
+    """One sentence: the keys where a robot was expected, the topics that exist instead, and a suggestion.
 
     Args:
         bus: the network; it is listened to for a second.
@@ -55,24 +56,68 @@ def heard_instead(bus: Bus, keys: RobotKeys) -> str:
     """
     topics = sorted({topic for key in bus.survey(LISTENED) if (topic := topic_of(key)) is not None})
     listened = f"listened on `{keys.scan}` and `{keys.odometry}`"
+    if keys.settings.gate:
+        listened = f"asked for `{keys.session}`"
     if not topics:
         return f"{listened}; there are no other topics"
     named = ", ".join(topic.shown for topic in topics[:SHOWN])
     more = f" and {len(topics) - SHOWN} more" if len(topics) > SHOWN else ""
     settings = _settings(topics, keys)
-    way_out = f"; give {' '.join(f'--set {setting}' for setting in settings)}" if settings else ""
+    way_out = "" if settings is None else _way_out(settings, keys)
     return f"{listened}; heard {named}{more}{way_out}"
 
 
-def _settings(topics: list[Topic], keys: RobotKeys) -> list[str]:
-    """The settings with which the scan would be found, where one of the topics is called as it is."""
-    name = keys.settings.scan.strip("/")
-    found = [topic for topic in topics if topic.path == name or topic.path.endswith(f"/{name}")]
+def _way_out(settings: list[str], keys: RobotKeys) -> str:
+    """What to give. Behind a missing gate may be a bare robot, or another robot's gate, whose topics look alike."""
+    if keys.settings.gate and not any(setting.startswith("link.keys=") for setting in settings):
+        bare = " ".join(f"--set {setting}" for setting in ("link.gate=false", *settings))
+        name = settings[0].removeprefix("robot.namespace=") if len(settings) == 1 else ""
+        return f"; give --set robot.name={name}, or for a bare ROS 2 robot {bare}" if name else f"; give {bare}"
+    return f"; give {' '.join(f'--set {setting}' for setting in settings)}" if settings else ""
+
+
+def _settings(topics: list[Topic], keys: RobotKeys) -> list[str] | None:
+    """The settings with which scan and odometry would be found, where topics are called or typed as theirs are."""
+    own = keys.settings.scan.strip("/"), keys.settings.odometry.strip("/")
+    scans = _like(topics, own[0], "LaserScan_", ("scan", "laser"))
+    odometries = _like(topics, own[1], "Odometry_", ("odom",))
+    found = [
+        (scan, _names(scan.path, odometry.path, own))
+        for scan in scans
+        for odometry in odometries or [scan._replace(path=f"{_above(scan.path, own[0])}/{own[1]}".strip("/"))]
+        if scan[:2] == odometry[:2]
+    ]
     if not found:
-        return []
-    topic, link = found[0], keys.settings
-    namespace = topic.path.removesuffix(name).strip("/")
-    wanted = [("link.keys", topic.keys, link.keys), ("robot.namespace", namespace, keys.namespace)]
-    if topic.keys == "rmw_zenoh":
-        wanted.append(("link.domain", str(topic.domain), str(link.domain)))
+        return None
+    scan, (namespace, *names) = min(found, key=lambda one: one[1][1:] != own)
+    wanted = [("link.keys", scan.keys, keys.settings.keys), ("robot.namespace", namespace, keys.namespace)]
+    if scan.keys == "rmw_zenoh":
+        wanted.append(("link.domain", str(scan.domain), str(keys.settings.domain)))
+    wanted += zip(("link.scan", "link.odometry"), names, own, strict=True)
     return [f"{setting}={there}" for setting, there, here in wanted if there != here]
+
+
+def _like(topics: list[Topic], name: str, kind: str, words: tuple[str, ...]) -> list[Topic]:
+    """The topics with a name, below any namespace; if none, those of its type, or with a word in their last part."""
+    named = [topic for topic in topics if f"/{topic.path}".endswith(f"/{name}")]
+    return named or [
+        topic
+        for topic in topics
+        if (topic.kind.endswith(kind) if topic.kind else any(word in topic.path.split("/")[-1] for word in words))
+    ]
+
+
+def _above(path: str, name: str) -> str:
+    """What is above a name in a path; above its last part where it ends with another name."""
+    return path.removesuffix(name).strip("/") if f"/{path}".endswith(f"/{name}") else path.rpartition("/")[0]
+
+
+def _names(scan: str, odometry: str, own: tuple[str, str]) -> tuple[str, str, str]:
+    """The namespace of a scan and an odometry, and their names below it: their own names where they fit."""
+    namespace = _above(scan, own[0])
+    if tuple(f"{namespace}/{name}".strip("/") for name in own) == (scan, odometry):
+        return namespace, *own
+    above = scan.split("/")[:-1], odometry.split("/")[:-1]
+    shared = [part for part, _ in takewhile(lambda both: both[0] == both[1], zip(*above, strict=False))]
+    start = len("/".join([*shared, ""]))
+    return "/".join(shared), scan[start:], odometry[start:]

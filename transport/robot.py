@@ -11,6 +11,10 @@ class LinkError(Exception):
     """The robot cannot be reached, or no longer; the message says what was tried and how to fix it."""
 
 
+class NoAnswerError(LinkError):
+    """No robot of that name answers on a network that is there."""
+
+
 class Robot(Protocol):
     """A robot that is observed and commanded in turns: in memory, over a network or in hardware.
 

@@ -23,7 +23,7 @@ from transport.bus import Bus, ask_until
 from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
 from transport.keys import RobotKeys
-from transport.robot import LinkError
+from transport.robot import LinkError, NoAnswerError
 from transport.section import ROBOT_NAME
 from transport.wording import in_words, printable
 
@@ -395,14 +395,15 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
     The lease of a dead holder becomes free after its timeout, which this waits for; a live holder is not disturbed.
 
     Raises:
-        LinkError: there is no answer within ``timeout`` seconds, or the robot is refused.
+        NoAnswerError: there is no answer within ``timeout`` seconds.
+        LinkError: the robot is refused.
     """
     deadline = clock.now() + timeout
     idle: float | None = None
     while True:
         answer = _converse(bus, robot, question, max(deadline - clock.now(), 0.1), clock)
         if answer is None:
-            raise LinkError(f"no robot named {robot!r} answered within {timeout:g} s")
+            raise NoAnswerError(f"no robot named {robot!r} answered within {timeout:g} s")
         if isinstance(answer, Granted):
             if answer.robot != robot:
                 raise LinkError(f"{robot!r} was requested, and {answer.robot!r} was granted")

@@ -10,7 +10,7 @@ from hsm.engine.clock import nanoseconds, reached, seconds
 from hsm.engine.configuration import Configuration, Plan
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
-from hsm.model.chart import Transition
+from hsm.model.chart import Held, On, Transition
 from hsm.model.expressions import Binary, Choice, Expression, SignalValue, Unary, VariableValue
 from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
 from hsm.model.values import dataclass
@@ -26,6 +26,7 @@ class Verdict(Enum):
     NOT_DUE = "its time had not come"
     FAILED = "its condition could not be evaluated"
     UNDONE = "one of its actions failed, and it was undone"
+    ABSENT = "none of its events came"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +87,30 @@ def explain(record: StepRecord) -> tuple[Considered, ...]:
         found.extend(_explain_selection(last, record.memo))
     found.extend(_waiting(record))
     return tuple(found)
+
+
+def idle(record: StepRecord, considered: Iterable[Considered]) -> Iterator[Considered]:
+    """The transitions of the active states that the step did not consider, with the reason.
+
+    They wait for events of which none came, or for a condition that does not hold, or that has fired them already.
+
+    Args:
+        record: what the step recorded.
+        considered: the transitions that were considered in it.
+    """
+    seen = {one.transition.index for one in considered}
+    configuration = record.after
+    for state in sorted(configuration.active):
+        for index in configuration.topology.states[state].transitions:
+            transition = configuration.topology.model.transitions[index]
+            if index in seen:
+                continue
+            if isinstance(transition.trigger, On):
+                yield Considered(transition, "on", Verdict.ABSENT)
+            elif isinstance(transition.trigger, Held) and record.values is not None:
+                evaluation = configuration.generator.evaluation(record.memo, record.values, configuration.active, _gone)
+                one = _consider(configuration, index, str(Phase.AFTER), evaluation, None, earlier=False)
+                yield one if one.verdict is Verdict.FALSE else Considered(transition, one.trigger, Verdict.NOT_DUE)
 
 
 def _waiting(record: StepRecord) -> Iterator[Considered]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
-from math import isfinite
+from math import inf, isfinite
 from numbers import Integral, Real
 from typing import Any
 
@@ -19,6 +19,15 @@ from hsm.model.unparse import value_text
 _WIDEST = 40
 
 
+def shown(given: object) -> str:
+    """A value from Python in a message: the beginning of its ``repr``, and its type."""
+    try:
+        text = f"{given!r:.{_WIDEST}}"
+    except ValueError:  # a whole number with thousands of digits
+        text = "a number that is too large"
+    return f"{text} ({type(given).__name__})"
+
+
 def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
     """The values of all parameters of a machine, in order: those given, and the defaults of the others.
 
@@ -31,6 +40,8 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
             out of bounds, infinite or no number.
         TypeError: a value is of the wrong type.
     """
+    if not isinstance(given, Mapping):
+        raise TypeError(f"parameters are given as a mapping from names to values, not as {shown(given)}")
     declared = {parameter.name: parameter for parameter in model.parameters}
     for name in given:
         if name not in declared:
@@ -101,9 +112,9 @@ def parameter_value(model: Model, parameter: Parameter, given: Any) -> Any:
     value = typed(given, parameter.type, type(default) if isinstance(default, StrEnum) else None)
     if value is None:
         wanted = f"parameter `{parameter.name}` of machine {model.name} is {wanted_type(parameter.type)}"
-        raise TypeError(f"{wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
+        raise TypeError(f"{wanted}, not {shown(given)}")
     if not within_limits(value, parameter.type):
-        raise ValueError(f"machine {model.name} cannot hold {given!r:.{_WIDEST}} in its parameter `{parameter.name}`")
+        raise ValueError(f"machine {model.name} cannot hold {shown(given)} in its parameter `{parameter.name}`")
     bounds = model.adjustable_named(parameter.name)
     if bounds is not None and isinstance(value, int | float) and not bounds.least <= value <= bounds.most:
         allowed = f"{value_text(bounds.least, parameter.type)} to {value_text(bounds.most, parameter.type)}"
@@ -132,7 +143,15 @@ def typed(given: Any, kind: Type, enumeration: type[StrEnum] | None = None) -> A
                 return None
             return given if enumeration is None else enumeration(given)
         case _:
-            return float(given) if isinstance(given, Real) and not isinstance(given, bool) else None
+            return _real(given) if isinstance(given, Real) and not isinstance(given, bool) else None
+
+
+def _real(given: Real) -> float:
+    """A number as the engine has it; infinite, which no value may be, where it is too large."""
+    try:
+        return float(given)
+    except OverflowError:
+        return inf
 
 
 def wanted_type(kind: Type) -> str:
@@ -150,8 +169,8 @@ def wanted_type(kind: Type) -> str:
             return f"a number, its {kind} in {kind.si_unit}"
 
 
-def check_time(time: float, last: float) -> None:
-    """Make sure that a step can be at a time.
+def checked_time(time: float, last: float) -> float:
+    """The time of a step, as the engine has it.
 
     Args:
         time: of the step, in seconds.
@@ -161,9 +180,11 @@ def check_time(time: float, last: float) -> None:
         ValueError: it is before that of the step before, infinite, or no number.
         TypeError: it is not a number at all.
     """
-    if not isinstance(time, Real):
-        raise TypeError(f"the time of a step is a number of seconds, not {time!r:.{_WIDEST}} ({type(time).__name__})")
-    if not isfinite(time):
-        raise ValueError(f"the time of a step is a number of seconds, not {time}")
-    if time < last:
-        raise ValueError(f"time runs backwards: {time} s after {last} s")
+    if not isinstance(time, Real) or isinstance(time, bool):
+        raise TypeError(f"the time of a step is a number of seconds, not {shown(time)}")
+    seconds = _real(time)
+    if not isfinite(seconds):
+        raise ValueError(f"the time of a step is a finite number of seconds, not {shown(time)}")
+    if seconds < last:
+        raise ValueError(f"time runs backwards: {seconds} s after {last} s")
+    return seconds

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
-from hsm.engine.inputs import check_time, parameter_values
+from hsm.engine.inputs import checked_time, parameter_values, shown
 from hsm.engine.run import Supervisor
 from hsm.engine.snapshots import from_json
 from hsm.model.chart import Model
@@ -42,8 +43,7 @@ class Machine(CompiledChart, Generic[F, E]):
             MachineFault: an action failed.
         """
         values = parameter_values(self.model, parameters or {})
-        check_time(time, time)
-        return Supervisor.begin(self, values, facts, time)
+        return Supervisor.begin(self, values, facts, checked_time(time, -inf))
 
     def restore(self, snapshot: Mapping[str, Any]) -> Supervisor[F, E]:
         """Restore a run from a snapshot; its activities begin again.
@@ -65,5 +65,10 @@ def build(model: Model) -> Machine:
 
     Args:
         model: a machine as data, such as ``check_text`` gives.
+
+    Raises:
+        TypeError: it is something else.
     """
+    if not isinstance(model, Model):
+        raise TypeError(f"a machine is built from a Model, not from {shown(model)}")
     return Machine(model)

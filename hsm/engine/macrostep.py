@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hsm.engine.configuration import Plan
-from hsm.engine.explanation import Considered, explain
+from hsm.engine.explanation import Considered, explain, idle
 from hsm.engine.record import Phase, RawRecord, Selection, StepRecord, record_of, took_something
 from hsm.model.chart import Action, Model, Transition
 from hsm.model.events import Event, StateEvent
@@ -142,6 +142,12 @@ class Macrostep:
         """
         return explain(self.record)
 
+    @property
+    def verdicts(self) -> tuple[Considered, ...]:
+        """``considered``, and the transitions of the active states that nothing led the step to consider."""
+        considered = self.considered
+        return (*considered, *idle(self.record, considered))
+
     def why(self, state: str) -> tuple[Considered, ...]:
         """The verdicts about the transitions of one state, with reasons.
 
@@ -149,7 +155,7 @@ class Macrostep:
             state: its full name.
         """
         model = self._model
-        return tuple(one for one in self.considered if model.states[one.transition.source].name == state)
+        return tuple(one for one in self.verdicts if model.states[one.transition.source].name == state)
 
     @property
     def _model(self) -> Model:

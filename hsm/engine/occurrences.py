@@ -7,10 +7,10 @@ a parameter and its new value: ``cruise = 0.3 m/s``. Commands, scenarios, record
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from typing import Any
 
-from hsm.engine.inputs import parameter_value, typed, wanted_type
+from hsm.engine.inputs import parameter_value, shown, typed, wanted_type
 from hsm.engine.limits import within_limits
 from hsm.model.chart import EventData, Model
 from hsm.model.messages import Adjustment, Occurrence, OutsideInput
@@ -42,8 +42,8 @@ def checked_events(model: Model, events: Iterable[OutsideInput]) -> list[Outside
     """
     if isinstance(events, str):
         raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
-    if not isinstance(events, Iterable):
-        raise TypeError(f"events are a list of names, not {events!r:.{_WIDEST}} ({type(events).__name__})")
+    if not isinstance(events, Iterable) or isinstance(events, bytes | Mapping | Set):  # a set has no order
+        raise TypeError(f"events are a list of names, not {shown(events)}")
     return [_checked(model, event) for event in events]
 
 
@@ -94,10 +94,14 @@ def _checked(model: Model, event: OutsideInput) -> OutsideInput:
     if isinstance(event, Adjustment):
         return _adjustment(model, event.parameter, event.value)
     if not isinstance(event, str | Occurrence):
-        raise TypeError(f"an event is a text or an Occurrence, not {event!r:.{_WIDEST}} ({type(event).__name__})")
+        raise TypeError(f"an event is a text or an Occurrence, not {shown(event)}")
     if isinstance(event, str) and model.events is not None and is_adjustment(event):
         return _written_adjustment(model, event)
     name, given = (event.name, event.data) if isinstance(event, Occurrence) else _parts(model, event)
+    if not isinstance(name, str):
+        raise TypeError(f"the name of an event is a text, not {shown(name)}")
+    if not isinstance(given, Mapping):
+        raise TypeError(f"the data of event `{name}` is a mapping from names to values, not {shown(given)}")
     if model.events is None:
         return event
     if name not in model.events:
@@ -179,7 +183,7 @@ def _held(event: str, field: EventField, given: Any) -> Any:
     subject = f"`{field.name}` of event `{event}`"
     if value is None:
         wanted = wanted_type(field.type)
-        raise TypeError(f"{subject} is {wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
+        raise TypeError(f"{subject} is {wanted}, not {shown(given)}")
     if not within_limits(value, field.type):
-        raise ValueError(f"{subject} cannot be {given!r:.{_WIDEST}}")
+        raise ValueError(f"{subject} cannot be {shown(given)}")
     return value

@@ -11,7 +11,7 @@ from typing import Any, Generic
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.coverage import Collector, Coverage
 from hsm.engine.execution import MacrostepExecution
-from hsm.engine.inputs import check_time, parameter_values
+from hsm.engine.inputs import checked_time, parameter_values
 from hsm.engine.looks import Interrupted, SlowPath
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.occurrences import checked_events
@@ -157,10 +157,12 @@ class Supervisor(Generic[F, E]):
         leaf = state.configuration.root
         found = leaf.found
         try:
+            if time.__class__ is not float:
+                time = checked_time(time, self._time)
             if not self._time <= time < self._wake:
                 raise SlowPath
             if events:
-                if isinstance(events, str):
+                if events.__class__ is not list and events.__class__ is not tuple:
                     raise SlowPath
                 for event in events:
                     look = leaf.events.get(event)
@@ -195,7 +197,7 @@ class Supervisor(Generic[F, E]):
         error: BaseException | None = None,
     ) -> Macrostep:
         """A step in full; when it fails, nothing was changed."""
-        check_time(time, self._time)
+        time = checked_time(time, self._time)
         heard = checked_events(self.machine.model, events)
         execution = MacrostepExecution(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
         execution.run((*self._pending, *heard), error)

@@ -8,7 +8,7 @@ from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.execution import MacrostepExecution
-from hsm.engine.inputs import check_time
+from hsm.engine.inputs import checked_time, shown
 from hsm.engine.machine import Machine
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.occurrences import checked_events
@@ -58,14 +58,20 @@ def transition(
         SnapshotError: the snapshot does not fit the machine.
         ValueError: the time is before that of the snapshot or not finite, nobody declares an event, it carries
             something else than declared, or no activity that runs has such an outcome.
-        TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
-            type.
+        TypeError: the time is not a number, the events are not a list of events, one carries a value of another
+            type, or an argument is something else than the signature says.
     """
+    if not isinstance(machine, CompiledChart):
+        raise TypeError(f"a transition is of a Machine, not of {shown(machine)}")
+    if not isinstance(inputs, Inputs):
+        raise TypeError(f"the inputs of a transition are Inputs, not {shown(inputs)}")
+    if not isinstance(inputs.outcomes, Mapping):
+        raise TypeError(f"outcomes are a mapping from states to outcomes, not {shown(inputs.outcomes)}")
     run = from_json(machine, snapshot)
-    check_time(inputs.time, run.time)
+    time = checked_time(inputs.time, run.time)
     events = checked_events(machine.model, inputs.events)
     ended = [_outcome(machine, run, name, outcome) for name, outcome in inputs.outcomes.items()]
-    after, step = advance(machine, run, inputs.time, (*run.pending, *ended, *events), inputs.facts)
+    after, step = advance(machine, run, time, (*run.pending, *ended, *events), inputs.facts)
     over = run.finished | {one.origin for one in ended}
     return to_json(machine, replace(after, finished=over.difference(_touched(step)))), step
 

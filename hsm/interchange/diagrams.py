@@ -12,6 +12,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
+from difflib import get_close_matches
 from itertools import cycle
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -159,7 +160,9 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
     try:
         part = excerpt(machine.model, look.opened, look.within)
     except LookupError:
-        raise DiagramError(f"machine {machine.model.name} has no state `{look.within}`") from None
+        close = get_close_matches(str(look.within), [one.name for one in machine.model.states[1:]], 1)
+        hint = f"; did you mean `{close[0]}`?" if close else ""
+        raise DiagramError(f"machine {machine.model.name} has no state `{look.within}`{hint}") from None
     depth = Topology(part.model).depth
     if depth > DEPTH:
         raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")
@@ -169,7 +172,8 @@ def render(machine: Machine, form: str, look: Look = _AS_IT_IS) -> bytes:
     if form == "dot":
         return text.encode()
     if not installed():
-        raise NoGraphvizError("this needs pygraphviz: install maze-machine[diagrams], or write a .dot or .mmd")
+        message = 'this picture needs pygraphviz, which is not installed; pip install "maze-machine[diagrams]"'
+        raise NoGraphvizError(f"{message}, or write a .dot or .mmd file")
     try:
         return drawn(text, form)
     except DrawingError as error:
@@ -427,10 +431,10 @@ class _Picture(NestedGraph):
             ends = self._head(target)
             if states[target].children and transition.source == target:
                 ends = {}
-            inside = transition.source < target <= states[transition.source].last
+            inside = target in states[transition.source].subtree[1:]
             if states[transition.source].children and transition.source and not inside and transition.source != target:
                 ends["ltail"] = f"cluster_{_path(self._model, transition.source)}"
-            if states[target].children and target < transition.source <= states[target].last:
+            if states[target].children and transition.source in states[target].subtree[1:]:
                 ends.pop("lhead", None)
             self.fsm_graph.add_edge(source, self._anchor(target), label=label, **ends, **style)
 

@@ -93,7 +93,8 @@ def excerpt(model: Model, opened: Opened = everything, within: str | None = None
     order = {index: place for place, index in enumerate(kept)}
     states = tuple(_renumbered(model.states[index], number, stands_for, order) for index in shown)
     if top is not None:
-        states = (replace(states[0], initial=(1,), initial_actions=(), transitions=()), *states[1:])
+        root = replace(states[0], children=(1,), last=len(states) - 1, initial=(1,), initial_actions=(), transitions=())
+        states = (root, *states[1:])
         kept = [index for index in kept if model.transitions[index].source]
         order = {index: place for place, index in enumerate(kept)}
         states = tuple(

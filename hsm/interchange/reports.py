@@ -66,9 +66,9 @@ class StepReport:
         return tuple(transition_text(self.machine.model, one) for one in self.transitions)
 
     @cached_property
-    def considered(self) -> tuple[Considered, ...]:
-        """Every transition that was considered, with its verdict and the reason."""
-        return self.step.considered
+    def verdicts(self) -> tuple[Considered, ...]:
+        """Each transition that was considered or that an active state has, with its verdict and the reason."""
+        return self.step.verdicts
 
     @cached_property
     def outcomes(self) -> tuple[tuple[str, str], ...]:
@@ -107,10 +107,10 @@ class StepReport:
 
     @cached_property
     def why(self) -> list[dict[str, Any]]:
-        """The verdict about each considered transition: its index, the verdict, and the reason with its values."""
+        """The verdict about each of these transitions: its index, the verdict, and the reason with its values."""
         return [
             {"transition": one.transition.index, "verdict": one.verdict.name.lower(), "reason": one.reason}
-            for one in self.considered
+            for one in self.verdicts
         ]
 
     @cached_property

@@ -19,6 +19,7 @@ are the declaration. The checker, editors, the reference and the engine all read
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field
 from enum import StrEnum
@@ -113,6 +114,8 @@ class RegistryError(Exception):
 EnumerationClass: TypeAlias = type[StrEnum]
 
 _REQUIRED: Any = inspect.Parameter.empty
+
+_NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,11 +236,15 @@ class Library(Generic[F, E]):
             name: how machines name it; dots are allowed, as in ``space.left``.
 
         Raises:
-            RegistryError: the name is taken, or an annotation is not a type of the language.
+            RegistryError: the name is taken or invalid, or an annotation is missing or not a type of the language.
         """
 
         def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
             parameters, result = self._signature(name, function, skip=1)
+            if result is _REQUIRED:
+                raise RegistryError(
+                    f"`{name}`: the signal's function has no annotation of its result, such as `-> bool`"
+                )
             declared = SignalDeclaration(name, self._type(name, result), function, parameters, _doc(function))
             self._add(self.signals, name, declared)
             return function
@@ -253,14 +260,23 @@ class Library(Generic[F, E]):
             holds: the resources that it needs exclusively; two activities that use the same one never run at once.
 
         Raises:
-            RegistryError: the name is taken, or an annotation is not a type of the language.
+            RegistryError: the name is taken or invalid, or an annotation is missing or not a type of the language.
         """
 
         def register(factory: _A) -> _A:
+            if isinstance(factory, type) and not callable(getattr(factory, "tick", None)):
+                raise RegistryError(f"`{name}`: the class {factory.__name__} has no method `tick`")
             initialiser: Callable[..., Any] = getattr(factory, "__init__") if isinstance(factory, type) else factory  # noqa: B009
             own = initialiser is not object.__init__
             parameters = self._signature(name, initialiser, skip=int(isinstance(factory, type)))[0] if own else ()
-            declared = ActivityDeclaration(name, factory, tuple(outcomes), tuple(holds), parameters, _doc(factory))
+            declared = ActivityDeclaration(
+                name,
+                factory,
+                _names(name, "outcomes", outcomes),
+                _names(name, "holds", holds),
+                parameters,
+                _doc(factory),
+            )
             self._add(self.activities, name, declared)
             return factory
 
@@ -273,7 +289,7 @@ class Library(Generic[F, E]):
             name: how machines name it.
 
         Raises:
-            RegistryError: the name is taken, or an annotation is not a type of the language.
+            RegistryError: the name is taken or invalid, or an annotation is missing or not a type of the language.
         """
 
         def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
@@ -294,6 +310,8 @@ class Library(Generic[F, E]):
         Raises:
             RegistryError: the name is taken, or a type is none of the language.
         """
+        if not isinstance(data, Mapping | None):
+            raise RegistryError(f"`{name}`: the data of an event is a mapping from names to types, not {data!r:.40}")
         fields = tuple(self._field(name, part, annotation) for part, annotation in (data or {}).items())
         self._add(self.events, name, EventDeclaration(name, doc, fields))
 
@@ -328,6 +346,10 @@ class Library(Generic[F, E]):
                 mine[name] = declared
 
     def _add(self, table: dict[str, Any], name: str, declared: object) -> None:
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            raise RegistryError(
+                f"{name!r:.40} cannot be a name: use letters, digits and underscores, as in `space.left`"
+            )
         if name in table:
             raise RegistryError(f"`{name}` is declared twice in library {self.name}")
         table[name] = declared
@@ -342,15 +364,28 @@ class Library(Generic[F, E]):
         return found
 
     def _signature(self, name: str, function: Callable[..., Any], skip: int) -> tuple[tuple[Parameter, ...], Any]:
+        if not callable(function):
+            raise RegistryError(f"`{name}`: {function!r:.40} is neither a function nor a class")
         try:
             hints = get_type_hints(function, include_extras=True)
         except NameError as error:
             raise RegistryError(f"`{name}`: an annotation cannot be resolved: {error}") from None
         listed = list(inspect.signature(function).parameters.values())[skip:]
-        parameters = tuple(
-            Parameter(one.name, self._type(name, hints.get(one.name, _REQUIRED)), one.default) for one in listed
+        bare = next((one.name for one in listed if one.name not in hints), None)
+        if bare is not None:
+            raise RegistryError(f"`{name}`: its argument `{bare}` has no annotation, such as `{bare}: float`")
+        parameters = tuple(Parameter(one.name, self._type(name, hints[one.name]), one.default) for one in listed)
+        return parameters, hints.get("return", _REQUIRED)
+
+
+def _names(activity: str, which: str, given: Iterable[str]) -> tuple[str, ...]:
+    """The outcomes of an activity or the resources that it needs."""
+    names = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
+    if isinstance(given, str) or not all(isinstance(one, str) and _NAME.fullmatch(one) for one in names):
+        raise RegistryError(
+            f'`{activity}`: {which} are a list of names, as in {which}=("one", "other"), not {given!r:.40}'
         )
-        return parameters, hints.get("return")
+    return names
 
 
 def _doc(declared: object) -> str:

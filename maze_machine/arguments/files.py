@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from maze_machine.errors import UsageError
+from maze_machine.errors import FileError, UsageError
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 """The suffixes of a picture of a run or a map."""
@@ -48,6 +48,20 @@ def check_suffix(option: str, path: Path | None, known: Sequence[str]) -> None:
         return
     wrong = f"no format is named `{path.suffix}`" if path.suffix else "the name has no suffix"
     raise UsageError(f"{option} {path}: {wrong}", f"use {' or '.join(known)}")
+
+
+def check_folder(option: str, path: Path | None) -> None:
+    """Make sure that an output that is written at the end of long work has a folder.
+
+    Args:
+        option: the option that names the output.
+        path: the output; None where the option was not given.
+
+    Raises:
+        FileError: the folder does not exist.
+    """
+    if path is not None and not path.parent.is_dir():
+        raise FileError(f"{option} {path}: there is no folder {path.parent}", "make it, or choose another file")
 
 
 def _is_device(path: Path) -> bool:

@@ -19,7 +19,7 @@ OPEN = "tcp/127.0.0.1:7448"
 ChartArgument = Annotated[
     str,
     typer.Argument(
-        help="A .maze-machine or .scxml file, or the name of a shipped machine.",
+        help="A .maze-machine or .scxml file, or the name of a machine: of the project, or a shipped one.",
         metavar="FILE",
         autocompletion=complete_machine,
     ),

@@ -11,7 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
-from maze_machine.errors import CommandError, ExitStatus
+from maze_machine.errors import CommandError, ExitStatus, missing_package
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -65,7 +65,7 @@ def _client(address: str, patience: float) -> Client:
     try:
         from distributed import Client  # noqa: PLC0415 - an extra
     except ImportError:
-        raise ClusterError("--scheduler needs dask.distributed", "pip install 'maze-machine[cluster]'") from None
+        raise missing_package("--scheduler", "dask.distributed", "cluster") from None
     try:
         return Client(address, timeout=patience, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -15,7 +15,7 @@ import numpy as np
 
 from maze_machine.campaign.jobs import Record
 from maze_machine.campaign.summary import Row
-from maze_machine.errors import FileError, UsageError
+from maze_machine.errors import FileError, missing_package
 from transport.files import replacing
 
 if TYPE_CHECKING:
@@ -44,9 +44,7 @@ def _pyarrow() -> Any:
     try:
         import pyarrow.parquet  # noqa: PLC0415 - an extra
     except ImportError:
-        raise UsageError(
-            "columns need pyarrow, which is not installed", 'pip install "maze-machine[columns]"'
-        ) from None
+        raise missing_package("a file of columns", "pyarrow", "columns") from None
     return pyarrow
 
 
@@ -94,12 +92,13 @@ def columns_in(path: Path | None) -> Iterator[Callable[[Iterable[Record]], None]
 
     Raises:
         UsageError: pyarrow is not installed.
+        FileError: the file is there and holds something else.
         OSError: the file cannot be written.
     """
     if path is None:
         yield lambda _records: None
         return
-    _pyarrow()
+    _require_results(path)
     with replacing(path) as file:
         writer = ColumnsWriter(file)
         try:
@@ -107,6 +106,19 @@ def columns_in(path: Path | None) -> Iterator[Callable[[Iterable[Record]], None]
             writer.flush()
         finally:
             writer.close()
+
+
+def _require_results(path: Path) -> None:
+    """Make sure that nothing but earlier results is replaced; an empty file or a device is written to."""
+    arrow = _pyarrow()
+    if not path.is_file() or not path.stat().st_size:
+        return
+    try:
+        names = arrow.parquet.read_schema(path).names
+    except arrow.ArrowException:
+        names = []
+    if not {"machine", "maze", "seed", "solved"} <= set(names):
+        raise FileError(f"{path} exists and does not hold the results of a campaign", "choose another file")
 
 
 def summary_of_columns(path: Path) -> tuple[list[Row], list[str]]:

@@ -18,7 +18,7 @@ from maze_machine.drive.mission import Mission, drive, prepare
 from maze_machine.errors import FileError
 from maze_machine.simulated.choices import AS_THE_FILE_SAYS, MazeWords
 from maze_machine.simulated.world import SimulatedWorld, find_maze, maze_file
-from sim.maze import Leave, Maze, MazeError, Reach
+from sim.maze import Maze, MazeError
 from sim.solvability import shortest_way
 from transport.world import LockstepRobot
 
@@ -121,18 +121,18 @@ def _drive(setup: Setup, job: Job) -> dict[str, Any]:
         "clearance": report["clearance"],
         "doors_opened": report["doors_opened"],
         "contacts": report["contacts"],
-        **way_of(setup, job.maze),
+        **_bounds(setup, job.maze),
     }
 
 
 @lru_cache(maxsize=16)
-def way_of(setup: Setup, name: str) -> dict[str, float]:
+def _bounds(setup: Setup, name: str) -> dict[str, float]:
     """The length of a maze's shortest way, m, and the time that it takes at the robot's top speed, s.
 
     Empty where the goal is neither the outside nor a place, or where there is no way.
     """
     robot, maze = load_profile(setup.robot, setup.settings).robot, maze_of(setup, name)
-    way = shortest_way(maze, radius=robot.radius) if isinstance(maze.goal, Leave | Reach) else None
+    way = shortest_way(maze, radius=robot.radius)
     return {} if way is None else {"shortest": way, "bound": way / robot.limits.speed}
 
 

@@ -1,17 +1,17 @@
-"""Find machines: the shipped ones by name, others by file."""
+"""Find machines: those of the present project and the shipped ones by name, others by file."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import machines
+from hsm.dsl.syntax.sources import SUFFIX, files_in
 from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.shipped import find_file
 from maze_machine.errors import FileError, UsageError
 
-SUFFIX = ".maze-machine"
 SHIPPED = Path(next(iter(machines.__path__)))
 """The folder of the machines that come with the project."""
 
@@ -32,16 +32,25 @@ def project_machines() -> dict[str, Path]:
     return {path.name.removesuffix(SUFFIX): path for folder in folders for path in sorted(folder.glob(f"*{SUFFIX}"))}
 
 
+def named_machines() -> dict[str, Path]:
+    """The machines that have a name: the shipped ones, and those of the present project, which come first.
+
+    Raises:
+        FileError: the project's settings are wrong.
+    """
+    return shipped_machines() | project_machines()
+
+
 def find_machine(name: str) -> Path:
     """The file of a machine.
 
     Args:
-        name: a file, the name of a shipped machine, or that of a machine of the present project.
+        name: a file, the name of a machine of the present project, or that of a shipped one.
 
     Raises:
         FileError: there is neither.
     """
-    return find_file("machine", name, project_machines() | shipped_machines())
+    return find_file("machine", name, named_machines())
 
 
 def named_files(names: Sequence[str]) -> list[str]:
@@ -70,17 +79,7 @@ def _project_folders() -> list[str]:
 
 
 def _below(folder: str) -> list[str]:
-    found = list(_walk(Path(folder)))
+    found = [str(path) for path in files_in(Path(folder), SUFFIX)]
     if not found:
         raise FileError(f"{folder} has no `{SUFFIX}` file", "name a file, or a folder that has one")
     return found
-
-
-def _walk(folder: Path) -> Iterator[str]:
-    for place, below, files in os.walk(folder):
-        below[:] = sorted(name for name in below if not _foreign(Path(place, name)))
-        yield from (str(Path(place, name)) for name in sorted(files) if name.endswith(SUFFIX))
-
-
-def _foreign(folder: Path) -> bool:
-    return folder.name.startswith(".") or folder.name == "node_modules" or (folder / "pyvenv.cfg").exists()

@@ -4,7 +4,7 @@ A project is a folder with a file ``maze-machine.toml``, or with a table ``[tool
 ``pyproject.toml``. It applies to all machines in that folder and below it.
 
     library = "my_robot:library"       # a function or a Library in Python, as MODULE:NAME
-    machines = ["machines"]            # folders whose machines are found by name
+    machines = ["machines"]            # folders whose machines are found by name, before the shipped ones
     robot = "robots/vacuum.toml"       # the robot's profile, for every command that takes --robot
     maze = "mazes/home.maze"           # where `run` drives by default
     ignore = ["N0701"]                 # warnings and notes that `check` leaves out

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.errors import CommandError, FileError, UsageError
+from maze_machine.errors import FileError, UsageError, missing_package
 
 
 def certificates(
@@ -48,5 +48,5 @@ def certificates(
     except ValueError as error:
         raise UsageError(str(error)) from None
     except ImportError:
-        raise CommandError("the package trustme is missing", "pip install 'maze-machine[certificates]'") from None
+        raise missing_package("a certificate", "trustme", "certificates") from None
     print("\n".join(map(str, written)))

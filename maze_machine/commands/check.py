@@ -22,7 +22,7 @@ def check(
     files: Annotated[
         list[str] | None,
         typer.Argument(
-            help=".maze-machine files, folders of them, or names of shipped machines. Default: those of the project.",
+            help=".maze-machine files, folders of them, or names of machines. Default: those of the project.",
             metavar="FILE",
             autocompletion=complete_machine,
         ),
@@ -106,10 +106,10 @@ def confirmed(found: Sequence[Diagnostic], model: Model) -> Sequence[Diagnostic]
 
 
 def machine_path(name: str) -> str:
-    """The file that is meant: a shipped machine's, one of the project's, or the one at this path."""
-    from maze_machine.catalogue.machines import project_machines, shipped_machines
+    """The file that is meant: one of the project's, a shipped machine's, or the one at this path."""
+    from maze_machine.catalogue.machines import named_machines
 
-    return str((project_machines() | shipped_machines()).get(name, name))
+    return str(named_machines().get(name, name))
 
 
 def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], files: Sequence[str]) -> None:

@@ -47,10 +47,10 @@ def diagram(
 
     Example: `maze-machine diagram pledge -o pledge.svg`
 
-    Example: `maze-machine diagram tremaux -o inside.png --state run.explore --no-guards --theme dark`
+    Example: `maze-machine diagram tremaux -o inside.png --state explore --no-guards --theme dark`
     """
     from hsm.interchange.diagrams import FORMATS, THEMES, DiagramError, Look, render
-    from hsm.interchange.folding import down_to, everything, own_states
+    from hsm.interchange.folding import down_to, own_states
     from maze_machine.arguments.files import check_outputs, check_suffix
     from transport.files import write_bytes
 
@@ -59,7 +59,7 @@ def diagram(
     if theme not in THEMES:
         raise UsageError(f"--theme {theme}: there is no such theme", f"one of {', '.join(THEMES)}")
     chart = load_chart(file, library)
-    opened = down_to(chart.model, depth) if depth is not None else everything if state is not None else own_states
+    opened = down_to(chart.model, depth) if depth is not None else lambda one: one.name == state or own_states(one)
     look = Look(theme, transparent, guards=not no_guards, opened=opened, within=state)
     try:
         drawn = render(chart, output.suffix.removeprefix("."), look)
@@ -69,7 +69,7 @@ def diagram(
 
 
 def load_chart(file: str, library: str | None = None) -> Machine:
-    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name.
+    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a machine's name.
 
     Args:
         file: the file or name.

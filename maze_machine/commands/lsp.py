@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from maze_machine.arguments.options import LibraryOption
-from maze_machine.errors import UsageError
+from maze_machine.errors import missing_package
 
 
 def lsp(library: LibraryOption = None) -> None:
@@ -32,8 +32,7 @@ def lsp(library: LibraryOption = None) -> None:
         from maze_machine.editor.libraries import EditorLibraries
         from maze_machine.editor.requests import add_requests
     except ImportError as error:
-        missing = f"the language server needs the package {error.name}"
-        raise UsageError(missing, 'install it with: pip install "maze-machine[lsp]"') from None
+        raise missing_package("the language server", str(error.name), "lsp") from None
 
     def warn(message: str) -> None:
         server.window_show_message(ShowMessageParams(MessageType.Warning, message))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,8 +13,9 @@ from maze_machine.arguments.options import JsonOption
 from maze_machine.errors import UsageError
 
 if TYPE_CHECKING:
-    from perception import WorldModel
     from perception.map_document import MapDocument
+    from perception.mapping.information import Symmetric
+    from perception.mapping.surveyor import Surveyor
 
 app = typer.Typer(
     name="map",
@@ -53,6 +55,7 @@ def show(
 
     from maze_machine.arguments.files import PICTURES, check_outputs, check_suffix
     from perception.map_document import read_map
+    from perception.mapping.uncertainty import certainties
     from perception.saved_map import start_of, world_of
     from perception.settings import PerceptionSettings
 
@@ -63,32 +66,32 @@ def show(
     check_outputs({"--picture": drawn}, [file])
     document = read_map(file)
     world = world_of(document, PerceptionSettings(), start_of(document))
-    told = facts_of(document, world)
+    surveyor = world.surveyor
+    assert surveyor is not None, "a saved map has keyframes"
+    known = certainties(surveyor.mapper.graph, surveyor.mapper.loops.paths)
+    told = facts_of(document, known)
     if json:
         print(dumps({"map": str(file), **told, **({} if drawn is None else {"picture": str(drawn)})}))
     else:
         print("\n".join([f"{file}: {_line(told)}", *_plan(document)]))
     if drawn is not None:
-        _save(drawn, document, world, f"{file.stem}: {_line(told)}")
+        _save(drawn, document, surveyor, known, f"{file.stem}: {_line(told)}")
         if not json:
             print(f"picture: {drawn}")
 
 
-def facts_of(document: MapDocument, world: WorldModel) -> dict[str, Any]:
+def facts_of(document: MapDocument, known: Sequence[Symmetric]) -> dict[str, Any]:
     """A map in numbers: JSON values, lengths in m, areas in m^2.
 
     Args:
         document: the map.
-        world: the world model that it becomes.
+        known: how well the place of each keyframe is known.
     """
     from math import fsum, hypot
 
     from perception.map_document import FREE
-    from perception.mapping.uncertainty import certainties
 
-    grid, surveyor = document.grid, world.surveyor
-    assert surveyor is not None
-    known = certainties(surveyor.mapper.graph, surveyor.mapper.loops.paths)
+    grid = document.grid
     places = [one.pose for one in document.keyframes]
     return {
         "version": document.version,
@@ -140,7 +143,7 @@ def _plan(document: MapDocument) -> list[str]:
     return text_plan([(*place, *place) for place in walls], way, robot, WIDTH, HEIGHT)
 
 
-def _save(file: Path, document: MapDocument, world: WorldModel, title: str) -> None:
+def _save(file: Path, document: MapDocument, surveyor: Surveyor, known: Sequence[Symmetric], title: str) -> None:
     """Save the picture of a map."""
     import numpy as np
 
@@ -148,9 +151,8 @@ def _save(file: Path, document: MapDocument, world: WorldModel, title: str) -> N
     from maze_machine.view.run_figure import Scene, Trail, save_picture
     from transport.messages import Pose
 
-    assert world.surveyor is not None
     file.parent.mkdir(parents=True, exist_ok=True)
     nothing = np.empty((0, 2, 2))
     doors = np.array([(door.right, door.left) for door in document.doors]).reshape(-1, 2, 2)
     trail = Trail(np.empty(0), np.empty((0, 2)))
-    save_picture(file, Scene(nothing, doors, nothing), trail, title, drawn_map(world.surveyor, Pose()))
+    save_picture(file, Scene(nothing, doors, nothing), trail, title, drawn_map(surveyor, Pose(), known))

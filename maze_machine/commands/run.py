@@ -59,7 +59,10 @@ DEFAULT_MAZE = "final_2015"
 def run(
     machine: Annotated[
         str,
-        typer.Argument(help="A .maze-machine file, or the name of a shipped machine.", autocompletion=complete_machine),
+        typer.Argument(
+            help="A .maze-machine file, or the name of a machine: of the project, or a shipped one.",
+            autocompletion=complete_machine,
+        ),
     ],
     maze: Annotated[
         str | None,

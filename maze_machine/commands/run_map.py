@@ -52,18 +52,21 @@ class RunMaps:
         Raises:
             MapError: the map cannot be used.
             OSError: it cannot be read.
+            FileError: there is no folder for the map at the end.
             UsageError: the options do not go together, the place is not written as one, or is not on the map.
         """
-        from maze_machine.arguments.files import check_suffix
-        from perception.map_document import read_map
+        from maze_machine.arguments.files import check_folder, check_suffix
 
         check_suffix("--save-map", save, (SUFFIX,))
+        check_folder("--save-map", save)
         if read is None:
             if at is not None:
                 raise UsageError("--at goes with --map", "give the map's file, too")
             return cls(settings, file=save)
         if record is not None:
             raise UsageError("--record does not go with --map", "a replay would lack the map; take --trace")
+        from perception.map_document import read_map
+
         document = read_map(read)
         return cls(settings, document, None if at is None else _place(at, document, read), save)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from maze_machine.errors import UsageError
+from maze_machine.errors import UsageError, missing_package
 
 if TYPE_CHECKING:
     from maze_machine.drive.attempts import Attempt
@@ -25,7 +25,7 @@ def terminal_run(*, view: bool) -> TerminalRun:
     if view:
         raise UsageError("--tui does not go with --view", "open the run with --open, and use `maze-machine view`")
     if find_spec("textual") is None:
-        raise UsageError("--tui needs Textual", "pip install 'maze-machine[tui]'")
+        raise missing_package("--tui", "Textual", "tui")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise UsageError("--tui needs a terminal", "by ssh give it one: ssh -t HOST maze-machine run ... --tui")
     from maze_machine.report.terminal import TerminalRun

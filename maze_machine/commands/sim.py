@@ -25,7 +25,6 @@ from maze_machine.arguments.options import (
     SpeedOption,
     StartOption,
 )
-from maze_machine.errors import UsageError
 
 
 def sim(
@@ -58,12 +57,12 @@ def sim(
     """Simulate a robot in a maze for a controller in another process.
 
     One line reports that it is ready, and one line each reports the result of an episode. Ctrl-C ends it. Without
-    `--realtime` each period of the simulation waits for its command. With `--realtime` and `link.gate=false`, or
-    `link.keys=rmw_zenoh`, it is a bare ROS 2 robot, which any program may command.
+    `--realtime` each period of the simulation waits for its command. With `link.gate=false` or `link.keys=rmw_zenoh`
+    it is a bare ROS 2 robot, which any program may command, always in real time.
 
     Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`
 
-    Example: `maze-machine sim final_2015 --realtime --set link.keys=rmw_zenoh`
+    Example: `maze-machine sim final_2015 --set link.keys=rmw_zenoh`
     """
     from math import inf
 
@@ -79,8 +78,7 @@ def sim(
 
     profile = chosen_profile(robot, None, settings or ())
     description = profile.robot
-    if not profile.link.gate and not realtime:
-        raise UsageError("a bare ROS 2 robot (link.gate=false) does not wait for commands", "add --realtime")
+    realtime = realtime or not profile.link.gate
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     drawn = find_maze(maze, words.choices(), robot=description)
     world = simulator_settings(simulate or (), fault or ())

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 def simulate(
     machine: Annotated[
         str,
-        typer.Argument(help="A .maze-machine file, or the name of a shipped machine.", autocompletion=complete_machine),
+        typer.Argument(
+            help="A .maze-machine file, or the name of a machine: of the project, or a shipped one.",
+            autocompletion=complete_machine,
+        ),
     ],
     parameters: Annotated[
         list[str] | None,

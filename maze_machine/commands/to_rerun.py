@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from maze_machine.errors import FileError, UsageError
+from maze_machine.errors import FileError, missing_package
 from transport.files import write_bytes
 
 LONGEST = 300.0
@@ -29,7 +29,7 @@ def to_rerun(recording: Path, output: Path) -> None:
         OSError: the file cannot be written.
     """
     if find_spec("rerun") is None:
-        raise UsageError("a .rrd file needs Rerun", "pip install 'maze-machine[rerun]' (170 MB)")
+        raise missing_package("a .rrd file", "Rerun (170 MB)", "rerun")
     if not recording.is_file():
         raise FileError(f"there is no recording {recording}")
     with TemporaryDirectory() as folder:

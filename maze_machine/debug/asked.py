@@ -14,7 +14,7 @@ class Asked:
     """The arguments of `launch` and `attach`.
 
     Attributes:
-        program: a machine's file or the name of a shipped machine; may be left out for a recording.
+        program: a machine's file or name; may be left out for a recording.
         parameters: the machine's parameters, as a person writes them.
         library: what the machine may name, as ``MODULE:NAME``; None for that of its project.
         robot: the robot's profile.
@@ -79,7 +79,7 @@ def read_arguments(given: Mapping[str, Any], library: str | None = None) -> Aske
     if len(ways) > 1:
         raise UsageError(f"`{ways[0]}` and `{ways[1]}` exclude each other", "give one of them")
     if asked.program is None and asked.recording is None:
-        raise UsageError("there is nothing to debug", "`program` is a machine's file or the name of a shipped machine")
+        raise UsageError("there is nothing to debug", "`program` is the file or the name of a machine")
     return asked
 
 

@@ -97,7 +97,8 @@ def ticks(
         report = StepReport(machine, step, supervisor.outcome, supervisor.variables, supervisor.arguments, violations)
         leading = next((state for state, _ in effects), "")
         really = None if truth is None else truth(index)
-        yield Tick(index, observation, report, leading, command, phases, sent, really, facts)  # log
+        place = "" if facts.world.surveyor is None else facts.world.surveyor.knowledge.value
+        yield Tick(index, observation, report, leading, command, phases, sent, really, facts, place)  # log
         if supervisor.outcome is not None:
             return
 

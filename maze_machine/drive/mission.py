@@ -112,7 +112,7 @@ def prepare(
     """Load a machine for a robot.
 
     Args:
-        name: a .maze-machine file, or the name of a shipped machine.
+        name: a .maze-machine file, or the name of a machine of the project or of a shipped one.
         profile: the robot's profile; its section for the machine sets parameters too.
         parameters: names and values of parameters as text; they override the profile's.
         time_limit: s, or None.

@@ -45,10 +45,16 @@ def described(mission: Mission, machine: str, more: Mapping[str, str] | None = N
     """
     return {
         **(more or {}),
-        "machine": machine if machine in shipped_machines() else str(find_machine(machine).resolve()),
+        "machine": _recorded_name(machine),
         "parameters": json.dumps(dict(mission.parameters)),
         "profile": mission.profile.model_dump_json(),
     }
+
+
+def _recorded_name(machine: str) -> str:
+    """The name of a shipped machine, which is the same on another computer; the path of any other."""
+    path = find_machine(machine)
+    return machine if shipped_machines().get(machine) == path else str(path.resolve())
 
 
 class Keeper:
@@ -80,7 +86,7 @@ class Keeper:
 
 def fired(tick: Tick) -> list[str]:
     """Each transition that fired in a tick, as text: its states, and the values of its conditions."""
-    taken = (one for one in tick.report.considered if one.verdict is Verdict.TAKEN)
+    taken = (one for one in tick.report.verdicts if one.verdict is Verdict.TAKEN)
     seen = (", ".join(f"{text} = {value_text(value)}" for text, value in one.values) for one in taken)
     lines = zip(tick.report.taken, [*seen, *[""] * len(tick.report.taken)], strict=False)
     return [f"{transition}{': ' if values else ''}{values}" for transition, values in lines]
@@ -178,13 +184,15 @@ def recorded_library(recording: Recording, profile: Profile, named: str | None =
 
 
 def named_machine(recording: Recording) -> str:
-    """The machine that a recording names: a shipped one, or a machine file.
+    """The file of the machine that a recording names; a name without a folder is that of a shipped one.
 
     Raises:
         FileError: it names another kind of file, which is not opened.
     """
     named = recording.run["machine"]
-    if named in shipped_machines() or Path(named).suffix in MACHINES:
+    if named in shipped_machines():
+        return str(shipped_machines()[named])
+    if Path(named).suffix in MACHINES:
         return named
     raise FileError(
         f"the recording names {named[:200]!r} as its machine, which is not a machine's file", "name one yourself"

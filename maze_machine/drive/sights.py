@@ -13,7 +13,7 @@ from perception.mapping.surveyor import Surveyor
 from perception.ways import Way
 from transport.messages import Pose
 
-MAP_POINTS = 4000
+MAP_POINTS = 2000
 """The largest number of map points that are shown."""
 
 
@@ -70,11 +70,11 @@ def _map(surveyor: Surveyor, pose: Pose) -> dict[str, Any]:
     """The map in the world model's frame."""
     count = len(surveyor.mapper.clouds)
     poses = [surveyor.keyframe(number) for number in range(min(count, len(surveyor.mapper.graph.poses)))]
-    every = max(1, sum(len(cloud) for cloud in surveyor.mapper.clouds) // MAP_POINTS)
+    every = max(1, math.ceil(sum(len(cloud) for cloud in surveyor.mapper.clouds) / MAP_POINTS))
     points: list[list[float]] = []
     for cloud, place in zip(surveyor.mapper.clouds, poses, strict=False):
         rows = turned(cloud.points.T[::every], place.heading)
-        points += [_rounded(place.x + x, place.y + y) for x, y in rows.tolist()]
+        points += [[round(place.x + x, 2), round(place.y + y, 2)] for x, y in rows.tolist()]
     first, second, direction = surveyor.covariance.ellipse
     return {
         "poses": [_rounded(one.x, one.y) for one in poses],

@@ -53,6 +53,7 @@ class Tick:
         events: the external events of this tick.
         truth: the true pose of the robot, in the frame of the maze; None if unknown.
         facts: the results of perception; None if they are not kept.
+        place: what the robot knows of its place on its map: known, doubtful or lost; empty if it keeps no map.
     """
 
     index: int
@@ -64,6 +65,7 @@ class Tick:
     events: tuple[str, ...] = ()
     truth: Pose | None = None
     facts: Facts | None = None
+    place: str = ""
 
     @property
     def step(self) -> Macrostep:
@@ -146,6 +148,7 @@ class Tick:
         """The full JSON values of the tick: the trace line, and details for watchers."""
         report, truth = self.report, self.truth
         really = {} if truth is None else {"truth": [truth.x, truth.y, truth.heading]}
+        mapped = {"place": self.place} if self.place else {}
         more = {
             "doing": self.doing,
             "fired": [one.index for one in report.transitions],
@@ -155,7 +158,7 @@ class Tick:
             "variables": report.values,
             "why": report.why,
         }
-        return cast(TickJson, {**self.line, **more, **really})
+        return cast(TickJson, {**self.line, **more, **really, **mapped})
 
 
 def shown_ranges(scan: Scan) -> list[int]:

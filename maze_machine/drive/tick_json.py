@@ -26,10 +26,10 @@ class ActivityRecord(TypedDict):
 
 
 class Reason(TypedDict):
-    """The verdict about a considered transition."""
+    """The verdict about a transition."""
 
     transition: Annotated[int, Field(ge=0, description="its index among the transitions of the machine's model")]
-    verdict: Literal["taken", "preempted", "false", "earlier", "not_due", "failed", "undone"]
+    verdict: Literal["taken", "preempted", "false", "earlier", "not_due", "failed", "undone", "absent"]
     reason: Annotated[str, Field(description="the verdict in words, with the values that decided it")]
 
 
@@ -68,8 +68,12 @@ class TickJson(TickLine):
         Field(description="states whose activities ended, or that completed, with the outcome"),
     ]
     variables: Annotated[dict[str, Value], Field(description="variables and parameters by full name, in SI units")]
-    why: Annotated[list[Reason], Field(description="every transition that was considered")]
+    why: Annotated[list[Reason], Field(description="every transition that was considered or that an active state has")]
     truth: Annotated[NotRequired[Triple], Field(description="the true pose of the robot in the frame of the maze")]
+    place: Annotated[
+        NotRequired[Literal["known", "doubtful", "lost"]],
+        Field(description="what the robot knows of its place on its map; absent if it keeps none"),
+    ]
     ranges: Annotated[
         NotRequired[list[int]], Field(description="over the network and on the page: every 8th beam, cm; -1 for no hit")
     ]

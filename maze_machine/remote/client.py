@@ -139,7 +139,8 @@ class RemoteMachine:
 
     def _nobody(self) -> NoMachineError:
         return NoMachineError(
-            f"no machine that drives `{self._keys.robot}` answers", "start it with `maze-machine run --open ENDPOINT`"
+            f"no machine that drives `{self._keys.robot}` answers",
+            "start it with `maze-machine run --open ENDPOINT`; over TLS, its access file must allow your certificate",
         )
 
 

@@ -190,6 +190,8 @@ def recorded_frames(recording: Recording, perception: Perception | None) -> Iter
         frame = {**_sensed(index, tick.observation, tick.command), **tick.step}
         if perception is not None:
             facts = perception.facts(tick.observation)
+            if "place" in tick.step:  # the machine has begun a map
+                facts.world.begin_map(facts.sweep)
             if index % LOOKED_AT == 0:
                 truth = frame.get("truth")
                 seen = _seen(facts, Pose(*truth) if truth else tick.observation.odometry.pose)

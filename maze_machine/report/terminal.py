@@ -203,7 +203,7 @@ def why_lines(tick: Tick) -> list[str]:
     while at >= 0:
         around.append(at)
         at = states[at].parent
-    looked = by_transition(tick.report.considered)
+    looked = by_transition(tick.report.verdicts)
     transitions = tick.report.machine.model.transitions
     here = [transitions[index] for state in around for index in states[state].transitions]
     return [_line(one, looked.get(one.index)) for one in here]
@@ -213,5 +213,5 @@ def _line(transition: Transition, looked: Considered | None) -> str:
     line = "" if transition.place is None else f"{transition.place.line}: "
     trigger = trigger_text(transition.trigger, transition.guard)
     if looked is None:
-        return f"  {line}{trigger}: not looked at in this tick"
+        return f"  {line}{trigger}: not considered in this tick"
     return f"{MARKS.get(looked.verdict, '•')} {line}{trigger}: {looked.reason}"

@@ -64,9 +64,10 @@ class TriedMachine:
     def answer(self, question: bytes) -> bytes:
         """Do the line in a question, and say what came of it; both are JSON.
 
-        The question is ``{"line": "when event go"}``. The answer has ``done``, a ``reason`` where it is not done, what
-        the terminal would show as ``text``, the ``lines`` so far, the signals that have a value, the activities that
-        run with their outcomes, and for each transition of the active states what makes it fire next (``enabled``).
+        The question is ``{"line": "when event go"}``. The answer has ``done``, a ``reason`` where it is not done, and
+        as ``text`` what the terminal would show. It also has the ``lines`` so far, the signals that have a value, and
+        the activities that run with their outcomes. ``enabled`` says what makes each transition of the active states
+        fire next.
         """
         with self._turn:
             try:
@@ -99,10 +100,11 @@ class TriedMachine:
         """Publish a step, microstep by microstep."""
         if driver is not self._driver:  # it has begun again
             self._driver, self._count = driver, 0
-            self._violated = property_watch(self._properties)
+            self._look, self._violated = property_watch(self._properties), list[str]()
             if (initial := driver.supervisor.initial) is not None:
                 self._show(driver, initial, dict(driver.variables), (), {"restart": True})
-        violated = self._violated(driver)
+        before, self._violated = self._violated, self._look(driver)
+        violated = [one for one in self._violated if one not in before]
         steps = driver.microsteps() or [(driver.last, dict(driver.variables))]
         for number, (step, variables) in enumerate(steps, 1):
             said = {"microstep": [number, len(steps)]} if len(steps) > 1 else {}

@@ -136,6 +136,7 @@ def moment_text(moment: Moment) -> str:
         ("took", moment.taken),
         ("called", moment.called),
         ("raised", moment.raised),
+        ("violated", moment.violated),
         ("doing", moment.doing),
         ("with", [f"{name} = {value}" for name, value in moment.variables.items()]),
     ):

@@ -23,6 +23,12 @@ const app = (() => {
     label();
     stale = true;
   }
+  function over() {  // the run is over: it is looked at like a recording
+    following = false;
+    element("speed").closest("label").hidden = false;
+    label();
+    stale = true;
+  }
   function growing() { return controls.running() || !store.complete; }
   function label() {
     const moving = following ? true : playing;
@@ -148,14 +154,14 @@ const app = (() => {
     dark.addEventListener("change", () => { readColours(); plan.restart(); lanes.recolour(); dirty(); });
     trial.begin();
     controls.begin();
-    element("speed").closest("label").hidden = DATA.live && !head.trial;
+    element("speed").closest("label").hidden = controls.running() && !head.trial;
     requestAnimationFrame(beat);
     if (!DATA.live) await packedFrames(grown);
     element("seen-label").hidden = !store.frames.some((one) => one.sights) && !DATA.live;
     document.body.dataset.ready = "yes";
   }
 
-  return { dirty, seek, take, begin, get playing() { return playing || following; }, get at() { return at; }, get spent() { return spent; },
+  return { dirty, seek, take, begin, over, get playing() { return playing || following; }, get at() { return at; }, get spent() { return spent; },
            redraw(index) { at = index; const began = performance.now(); draw(); return performance.now() - began; } };
 })();
 app.begin();

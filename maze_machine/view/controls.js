@@ -39,9 +39,9 @@ const controls = (() => {
     over = true;
     for (const one of ["simulation", "sending", "adjusting", "stop"]) element(one).hidden = true;
     const stopped = said.stands ? " The base has stopped." : "";
-    status(`${said.line || "The run is over."}${stopped}`, said.solved === false ? "bad" : "good");
+    status(`${(said.line || "The run is over").replace(/[.]?$/, ".")}${stopped}`, said.solved === false ? "bad" : "good");
     element("status").title = (said.lines || EMPTY).join("\n");
-    app.dirty();
+    app.over();
   }
 
   function hold(on) {

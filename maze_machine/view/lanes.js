@@ -82,19 +82,21 @@ const lanes = (() => {
       due = now + 500; charted = data[0].length;
       chart.setData(data);
     }
-    if (chart && at !== shownAt && data[0].length > at) {
-      shownAt = at;
-      cursor.style.left = `${chart.valToPos(data[0][at], "x") + chart.over.offsetLeft}px`;
-    }
+    if (chart && at !== shownAt && data[0].length > at) { shownAt = at; point(); }
+  }
+
+  function point() {
+    if (cursor && shownAt >= 0) cursor.style.left = `${chart.valToPos(data[0][shownAt], "x") + chart.over.offsetLeft}px`;
   }
 
   function make() {
     const ink = COLOURS.soft, axis = { stroke: ink, grid: { stroke: COLOURS.rule, width: 1 }, ticks: { stroke: COLOURS.rule }, font: "11px system-ui" };
     const [first, second, third] = (dark.matches ? INKS.dark : INKS.light);
     chart = new uPlot({
-      width: chartBox.clientWidth, height: 104, cursor: { x: true, y: false, drag: { x: false } }, scales: { x: { time: false } },
+      width: chartBox.clientWidth, height: 104, padding: [null, 0, null, 0], cursor: { x: true, y: false, drag: { x: false } }, scales: { x: { time: false } },
+      hooks: { draw: [() => { if (chart) point(); }] },  // its scale has changed
       legend: { show: false },
-      axes: [{ ...axis, size: 26, values: (_, ticks) => ticks.map((one) => `${one} s`) }, { ...axis, size: 34 }],
+      axes: [{ ...axis, size: 26, values: (_, ticks) => ticks.map((one) => `${one} s`) }, { ...axis, size: beside, space: 20 }],
       series: [{}, { label: "speed m/s", stroke: first, width: 2, points: { show: false } }, { label: "turn rad/s", stroke: second, width: 1.5, dash: [6, 3], points: { show: false } },
                { label: "nearest hit m", stroke: third, width: 1.5, dash: [2, 3], points: { show: false } }],
     }, data, chartBox);
@@ -102,6 +104,11 @@ const lanes = (() => {
     chart.over.addEventListener("click", (event) => app.seek(store.index(chart.posToVal(event.offsetX, "x"))));
     chartBox.title = "speed, m/s (solid); turn, rad/s (dashes); nearest hit, m (dots)";
     charted = data[0].length;
+  }
+
+  function beside() {  // the time of the chart lies below that of the lanes
+    const [first] = drawn.values();
+    return first ? first.canvas.getBoundingClientRect().left - chartBox.getBoundingClientRect().left : 34;
   }
 
   function restart() { upto = -1; data = [[], [], [], []]; for (const one of drawn.values()) { one.runs = []; one.key = ""; } recolour(); }

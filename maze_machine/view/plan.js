@@ -213,16 +213,56 @@ const plan = (() => {
     stroke(nose, COLOURS.paper, 3);
   }
 
+  // What each mark means, with the name of its colour and its shape; listed from the first time that it is drawn.
+  const MARKS = {
+    exit: ["exit", '<path d="M1 6H27" stroke-width="4" stroke-dasharray="8 4"/>'],
+    door: ["door", '<path d="M1 6H27" stroke-width="5"/>'],
+    hit: ["hit", '<path d="M4 6h4M12 6h4M20 6h4" stroke-width="4"/>'],
+    landmark: ["mark", '<path d="M1 6H27" stroke-dasharray="5 3"/>'],
+    corner: ["mark", '<path d="M9 1.5h9v9h-9z"/>'],
+    node: ["mark", '<circle cx="14" cy="6" r="4.5"/>'],
+    way: ["exit", '<path d="M2 2H26V10H2Z" stroke-dasharray="3 3"/>'],
+    "door seen": ["door", '<path d="M1 6H27" stroke-width="5" stroke-dasharray="8 3"/>'],
+    map: ["robot", '<path d="M2 6h2M8 6h2M14 6h2M20 6h2"/>'],
+    "way by map": ["mark", '<path d="M1 6H27" stroke-width="1.5"/>'],
+    uncertainty: ["flash", '<ellipse cx="14" cy="6" rx="12" ry="4.5"/>'],
+    minimap: ["robot", '<path d="M8 1h10v10h-10z" fill="currentColor" stroke="none" opacity=".25"/>'],
+  };
+  const TEXTS = { hit: "laser", corner: "corner of walls", node: "end of a wall", way: "open way", "way by map": "way by the map",
+                  uncertainty: "uncertainty of the place" };
+  function marked({ sights }) {
+    const found = head.scene ? ["exit", ...(head.scene.doors.length ? ["door"] : EMPTY)] : [];
+    if (head.laser && element("show-laser").checked) found.push("hit");
+    if (!sights || !element("show-seen").checked) return found;
+    if ((sights.landmarks || EMPTY).length) found.push("landmark");
+    for (const [, , kind] of sights.nodes || EMPTY) found.push(kind === "corner" ? "corner" : "node");
+    if ((sights.ways || EMPTY).length) found.push("way");
+    if (sights.door) found.push("door seen");
+    if (sights.map) found.push("map", "way by map", "uncertainty");
+    if (sights.minimap) found.push("minimap");
+    return found;
+  }
+
+  function entry(svg, name) {
+    const item = document.createElement("li");
+    item.innerHTML = svg;
+    item.append(name);
+    return item;
+  }
+
   let shown = "", listed = 0;
+  const coloured = new Set(), drawnMarks = new Set();
   function legend(frame) {
-    if (order.size !== listed) {
-      listed = order.size;
-      element("legend").replaceChildren(...[...order.keys()].map((name) => {
-        const item = document.createElement("li"), style = styleOf(name);
-        item.innerHTML = `<svg width="34" height="8" aria-hidden="true"><line x1="1" y1="4" x2="33" y2="4" stroke-width="4" stroke="${style.ink}" stroke-dasharray="${style.dash.join(" ")}"/></svg>`;
-        item.append(name || "no state");
-        return item;
+    for (const run of way.runs) coloured.add(run.state);
+    for (const name of marked(frame)) drawnMarks.add(name);
+    if (coloured.size + drawnMarks.size !== listed) {
+      listed = coloured.size + drawnMarks.size;
+      element("legend").replaceChildren(...[...coloured].map((name) => {
+        const style = styleOf(name);
+        return entry(`<svg width="34" height="8" aria-hidden="true"><line x1="1" y1="4" x2="33" y2="4" stroke-width="4" stroke="${style.ink}" stroke-dasharray="${style.dash.join(" ")}"/></svg>`, name || "no state");
       }));
+      element("marks").replaceChildren(...Object.entries(MARKS).filter(([name]) => drawnMarks.has(name)).map(([name, [ink, shape]]) =>
+        entry(`<svg width="28" height="12" aria-hidden="true" color="${COLOURS[ink]}" stroke="${COLOURS[ink]}">${shape}</svg>`, TEXTS[name] || name)));
     }
     const text = `Robot at x ${frame.at[0].toFixed(2)} m, y ${frame.at[1].toFixed(2)} m, heading ${(frame.at[2] * 180 / Math.PI).toFixed(0)} degrees, in ${frame.doing || "no state"}`;
     if (text !== shown && (!shown || !app.playing)) element("scene-text").textContent = shown = text;

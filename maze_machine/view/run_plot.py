@@ -57,7 +57,7 @@ def save_plot(file: Path, scene: Scene, trail: Trail, course: RunSeries, title: 
     plan.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     plan.set_title(title, fontsize=10, loc="left")
     _curves(speed, clearance, course)
-    _lanes(states, course)
+    _lanes(states, course, trail.states)
     for axes in (speed, clearance):
         axes.sharex(states)
         axes.tick_params(labelbottom=False)
@@ -76,13 +76,15 @@ def _curves(speed: Axes, clearance: Axes, course: RunSeries) -> None:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8, frameon=False)
 
 
-def _lanes(axes: Axes, course: RunSeries) -> None:
-    """A bar for each region; a stretch is named where its name fits."""
+def _lanes(axes: Axes, course: RunSeries, drawn: Sequence[str]) -> None:
+    """A bar for each region where it is active, in the path's colours; a stretch is named where its name fits."""
     end = float(course.times[-1]) if len(course.times) else 1.0
-    everywhere = [state for lane in course.lanes.values() for state in lane]
-    styles = state_styles(everywhere)
+    everywhere = [state for lane in course.lanes.values() for state in lane if state]
+    styles = state_styles([*drawn, *everywhere])
     for row, (_, states) in enumerate(course.lanes.items()):
         for name, first, last in stretches(states):
+            if not name:
+                continue
             begin, wide = float(course.times[first]), float(course.times[last] - course.times[first])
             axes.broken_barh([(begin, wide)], (row - 0.4, 0.3), color=styles[name][0])
             shown = name.rpartition(".")[2][:LONGEST_NAME]

@@ -1,4 +1,5 @@
 // A machine without its robot: what a person types in the terminal, with a control for each thing that can be done.
+const NONE_OF = { bool: "false", length: "0 m", time: "0 s", angle: "0 deg", speed: "0 m/s" };
 const trial = (() => {
   const signals = head.trial ? head.trial.signals : EMPTY, changed = new Map(), controls_ = new Map();
   let wanted = null, shown = "";
@@ -98,7 +99,7 @@ const trial = (() => {
     element("events").replaceChildren(...events.map((name) => button(name, () => {
       const data = Object.entries(model.event_data[name] || NONE);
       if (!data.length) { newest(); send(act(`when event ${name}`)); return; }
-      element("line").value = `when event ${name}(${data.map(([part]) => `${part} = 0`).join(", ")})`;
+      element("line").value = `when event ${name}(${data.map(([part, type]) => `${part} = ${NONE_OF[type] || "0"}`).join(", ")})`;
       element("line").focus();
     })));
     element("events").hidden = element("events-title").hidden = !events.length;

@@ -2,7 +2,7 @@
 const why = (() => {
   const body = element("reasons").tBodies[0], choice = element("chosen"), facts = element("facts");
   const VERDICTS = { taken: "✔ taken", preempted: "⇥ preempted", false: "✘ not so", earlier: "• another came first",
-                     not_due: "◷ not due", failed: "⚠ failed", undone: "↺ undone" };
+                     not_due: "◷ not due", failed: "⚠ failed", undone: "↺ undone", absent: "✘ not so" };
   const rows = new Map();
   let picked = null, before = "", factsBefore = "";
 
@@ -26,6 +26,9 @@ const why = (() => {
     const lines = (head.sources[one.file] || "").split("\n");
     return one.line && lines[one.line - 1] !== undefined ? lines[one.line - 1].trim() : [one.trigger, ...one.actions.map((text) => `/ ${text}`)].join(" ");
   }
+
+  function active(frame, state) { return state === model.machine || frame.states.includes(state); }
+  function rounded(text) { return text.replace(/\d+\.\d{6,}(e-?\d+)?/g, (digits) => `${Number(Number(digits).toPrecision(6))}`); }
 
   function cells(row, texts) {
     texts.forEach((text, index) => { if (row.cells[index].textContent !== text) row.cells[index].textContent = text; });
@@ -62,7 +65,8 @@ const why = (() => {
       for (const [index, row] of rows) {
         const one = found.get(index);
         row.className = one ? one.verdict : "";
-        cells(row, [row.cells[0].textContent, row.cells[1].textContent, one ? VERDICTS[one.verdict] || one.verdict : "", one ? one.reason : "not considered in this tick"]);
+        cells(row, [row.cells[0].textContent, row.cells[1].textContent, one ? VERDICTS[one.verdict] || one.verdict : "", one ? rounded(one.reason) : active(frame, model.transitions[index].source) ? "not considered in this tick" : "the state is not active"]);
+        row.cells[3].title = one ? one.reason : "";
       }
     }
     now(frame);
@@ -79,6 +83,7 @@ const why = (() => {
     if (frame.events) lines.push(["heard", frame.events.map((one) => typeof one === "string" ? one : JSON.stringify(one)).join(", ")]);
     for (const one of frame.taken) lines.push(["took", one]);
     for (const [name, value] of Object.entries(frame.variables)) lines.push([name, quantity(name, value)]);
+    if (frame.place) lines.push(["place on the map", `${frame.place}${within(frame.sights)}`, frame.place === "lost"]);
     if (frame.blind) lines.push(["stopped", frame.blind, true]);
     for (const one of frame.broken || EMPTY) lines.push(["broken", `${one}: ${(model && model.assumptions && model.assumptions[one]) || ""}`, true]);
     for (const one of frame.violated || EMPTY) lines.push(["violated", `${one}: ${(model && model.properties[one]) || ""}`, true]);
@@ -92,6 +97,11 @@ const why = (() => {
       if (bad) told.className = "bad";
       return [term, told];
     }));
+  }
+
+  function within(sights) {
+    if (!sights || !sights.map) return "";
+    return `, within ${Number(Math.max(...sights.map.ellipse.slice(0, 2)).toPrecision(2))} m`;
   }
 
   function quantity(name, value) {

@@ -79,6 +79,23 @@ def agreement_of(space: FreeSpace, sweep: ScanPoints, pose: Pose, settings: Plac
     return Agreement(count, share, contradicted, hidden / count, elsewhere)
 
 
+def walls_shown(space: FreeSpace, sweep: ScanPoints, pose: Pose) -> frozenset[int]:
+    """The cells with a wall, as numbers in the flattened grid, in which hits of a scan lie.
+
+    Args:
+        space: the grid.
+        sweep: the scan.
+        pose: where the robot may be, in the grid's frame.
+    """
+    near = sweep.distances < min(sweep.reach, space.settings.reach)
+    cells = np.floor(placed(sweep.points.T[:, near], pose) / space.settings.cell).astype(np.intp)
+    x, y = cells[0] - space.corner[0], cells[1] - space.corner[1]
+    columns, rows = space.belief.shape
+    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+    numbers = x[inside] * rows + y[inside]
+    return frozenset(numbers[space.belief.ravel()[numbers] < 0].tolist())
+
+
 def _behind_walls(space: FreeSpace, sensor: Pose, cells: NDArray[np.intp]) -> int:
     """How many cells, shape (2, n), are hidden from a sensor by a wall of the grid."""
     if not cells.shape[1]:

@@ -55,6 +55,7 @@ class Mapper:
     correction: Pose = field(default_factory=Pose)
     loops: Loops = field(init=False)
     _since: list[Cloud] = field(default_factory=list)
+    _refreshed: bool = False
     _reference: Reference | None = None
     _work: deque[Iterator[None]] = field(default_factory=deque)
 
@@ -105,12 +106,13 @@ class Mapper:
         """
         self.take(cloud, self.fit(cloud, measured=measured))
 
-    def take(self, cloud: Cloud, match: Match | None) -> None:
-        """Put the robot to where a scan fits, and keep the scan where the robot has got on.
+    def take(self, cloud: Cloud, match: Match | None, *, learn: bool = True) -> None:
+        """Put the robot to where a scan fits, and keep the scan where the robot has got on or much is new in it.
 
         Args:
             cloud: the scan's points, in the robot's frame.
             match: where it fits; None where it does not, and odometry alone is followed.
+            learn: whether it may enter the map.
         """
         if not self.clouds:
             self._keep(cloud)
@@ -120,11 +122,15 @@ class Mapper:
             self.correction = between(self.offset, match.pose)
             self.offset = match.pose
             self.covariance = match.information.inverse()
-            self._since.append(cloud.seen_from(self.offset))
+            if learn:
+                self._since.append(cloud.seen_from(self.offset))
         settings = self.settings.track
-        way = norm(self.offset.x, self.offset.y)
-        if way >= settings.way or abs(self.offset.heading) >= settings.turn:
+        got_on = norm(self.offset.x, self.offset.y) >= settings.way or abs(self.offset.heading) >= settings.turn
+        # Until a keyframe holds what is new, only what was known before fixes the place: perhaps a bare corridor.
+        fresh = match is not None and match.share < settings.fresh and not self._refreshed
+        if learn and (got_on or fresh):
             self._keep(cloud)
+            self._refreshed = not got_on
 
     def resume(self, cloud: Cloud, at: int, guess: Pose, around: float) -> bool:
         """Continue with the map from another place: where a keyframe was made, or near it.

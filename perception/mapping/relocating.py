@@ -2,8 +2,8 @@
 
 The scan is laid on the grid of free space, wherever the robot could be, with each heading in which the walls in sight
 would run as those of the map do; the best places are matched in full. Several often look alike. So all that fit are
-followed while the robot moves, and one is accepted when no other one is left and enough has been seen there. The work
-is done in small pieces, that many a tick.
+followed while the robot moves, and one is accepted when no other one is left and enough wall has come into sight where
+the map has it. The work is done in small pieces, that many a tick.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.mapping.agreement import agreement_of
+from perception.mapping.agreement import agreement_of, walls_shown
 from perception.mapping.cloud import Cloud, cloud_of, thinned
 from perception.mapping.frames import between, compose, placed
 from perception.mapping.free_space import FreeSpace
@@ -121,6 +121,8 @@ class Hypothesis:
         first: the robot where the first scan fitted, in the grid's frame.
         since: what odometry says of the movement since then.
         looks: how many scans have fitted.
+        first_walls: the cells with a wall that the first of them has shown: by these the place was chosen.
+        more_walls: the cells that later ones have shown besides: by these it was tried.
     """
 
     keyframe: int
@@ -128,6 +130,8 @@ class Hypothesis:
     first: Pose
     since: Reckoning
     looks: int = 1
+    first_walls: frozenset[int] = frozenset()
+    more_walls: frozenset[int] = frozenset()
 
     def move(self, step: Pose) -> None:
         """Follow odometry."""
@@ -219,7 +223,8 @@ class Relocation:
         here = compose(frame, found.pose)
         if not agreement_of(self.space, sweep, here, self.settings.place).shows(self.settings.place):
             return None
-        return Hypothesis(base, found, here, Reckoning(self.settings.reckoning))
+        walls = walls_shown(self.space, sweep, here)
+        return Hypothesis(base, found, here, Reckoning(self.settings.reckoning), first_walls=walls)
 
     def _nearest(self, place: Pose) -> list[int]:
         """The keyframes nearest to a place, the nearest first."""
@@ -242,7 +247,10 @@ class Relocation:
             if found is None or not one.since.allows(between(one.first, self._pose(found))):
                 continue
             if all(self._apart(found, other) for other in left):
-                left.append(replace(one, keyframe=found.keyframe, match=found.match, looks=one.looks + 1))
+                more = one.more_walls | (found.first_walls - one.first_walls)
+                left.append(
+                    replace(one, keyframe=found.keyframe, match=found.match, looks=one.looks + 1, more_walls=more)
+                )
         self.hypotheses = left
 
     def _believed(self) -> Hypothesis | None:
@@ -251,4 +259,6 @@ class Relocation:
         if len(self.hypotheses) != 1:
             return None
         one = self.hypotheses[0]
-        return one if one.looks >= place.looks and one.since.way >= place.way else None
+        shown = len(one.more_walls) * self.space.settings.cell
+        enough = one.looks >= place.looks and one.since.way >= place.way and shown >= place.walls
+        return one if enough else None

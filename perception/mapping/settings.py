@@ -133,6 +133,8 @@ class TrackSettings(Settings):
     """A scan is kept as a keyframe after this much way, m."""
     turn: Positive = math.radians(25)
     """Or after this much turn, rad."""
+    fresh: Share = 0.5
+    """Or, once between two such keyframes, where a smaller share of the scan was known: a door has opened."""
     recent: Count = 15
     """Scans are matched with this many keyframes, the last ones."""
     neighbours: Count = 4
@@ -215,8 +217,8 @@ class FreeSpaceSettings(Settings):
     """So far about its origin it is free, for the robot could turn there, m."""
     before: Positive = 0.1
     """The last part of a beam before its hit does not count as free, m."""
-    every: Count = 5
-    """Each this many ticks a scan is drawn."""
+    every: Count = 4
+    """A scan is drawn after this many ticks, the first that is matched then: twice shows what has come, within 1 s."""
     gain: Count = 2
     """The increment of a cell for a beam that passes through it."""
     loss: Count = 3
@@ -318,8 +320,10 @@ class PlaceSettings(Settings):
     """A scan is matched with this many keyframes, the nearest ones."""
     looks: Count = 6
     """A place is accepted after this many scans that fit,"""
-    way: Positive = 6.0
-    """after this much way, m,"""
+    way: Positive = 3.5
+    """after this much way, m: the only place left was a wrong one for 2.7 m at most,"""
+    walls: Positive = 9.0
+    """and after this length of wall on the map that the first of them has not shown, m,"""
     no_rival: Positive = 0.3
     """and when no other place farther than this from it, m, fits as well."""
 

@@ -73,7 +73,7 @@ class Surveyor:
         mapper: the map.
         free_space: where the robot can drive.
         confidence: whether it knows where the robot is; while it does not, nothing enters the map.
-        drawing: whether this tick's scan has been drawn into the grid.
+        sure: whether this tick's scan has been looked at and fits the map.
         supposed: where the robot is said to be on a map that was made before, until a scan shows it.
     """
 
@@ -82,9 +82,10 @@ class Surveyor:
     mapper: Mapper = field(init=False)
     free_space: FreeSpace = field(init=False)
     confidence: Confidence = field(init=False)
-    drawing: bool = False
+    sure: bool = False
     supposed: Supposition | None = None
     _ticks: int = 0
+    _undrawn: int = field(init=False)
     _since_fit: Reckoning = field(init=False)
     _rough: float = 0.0
     _relocation: Relocation | None = None
@@ -95,6 +96,7 @@ class Surveyor:
         self.free_space = FreeSpace(self.settings.free_space)
         self.confidence = Confidence(self.settings.place)
         self._since_fit = Reckoning(self.settings.reckoning)
+        self._undrawn = self.settings.free_space.every
 
     @property
     def pose(self) -> Pose:
@@ -187,17 +189,21 @@ class Surveyor:
 
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
         """
-        known = self.knowledge is Knowledge.KNOWN
+        known, looked = self.knowledge is Knowledge.KNOWN, True
         if self.supposed is not None:
             self._begin(sweep, self.supposed)
         elif self.knowledge is Knowledge.LOST:
             self._seek(sweep)
         elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured or not known:
             self._look(sweep)
-        turn = self._ticks % self.settings.free_space.every == 0
-        self.drawing = turn and self.knowledge is Knowledge.KNOWN and self.mapper.fits
-        if self.drawing:
+        else:
+            looked = False
+        # Only what has been looked at enters the map: the robot may have been carried since the last scan.
+        self.sure = looked and self.knowledge is Knowledge.KNOWN and self.mapper.fits
+        self._undrawn += 1
+        if self.sure and self._undrawn >= self.settings.free_space.every:
             self.free_space.see(sweep, self.pose)
+            self._undrawn = 0
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
 
@@ -229,7 +235,7 @@ class Surveyor:
             self.confidence.saw(fits=False)
             return
         self.confidence.saw(fits=True)
-        mapper.take(cloud, found)
+        mapper.take(cloud, found, learn=self.knowledge is Knowledge.KNOWN)
         if found is None:
             self._rough = math.inf
             return

@@ -39,7 +39,7 @@ def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: 
         MazeError: the file cannot be read, is not a maze, or no robot can reach the goal in it.
     """
     source = Source.of(Path(path))
-    if course.is_config(source):
+    if course.is_config(source) and not ros_map.recognises(source):
         raise source.error("has no walls", hint="give the map as the maze, and this file with `--objects`")
     form = next(form for form in FORMATS if form.recognises(source))
     sketch = form.read(source, choices)

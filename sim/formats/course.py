@@ -1,8 +1,9 @@
 """The JSON file beside a map of the course's simulator: moving objects and the robot's start.
 
 ``objects`` are boxes with ``length`` along x, ``width`` along y, ``init_pose`` and ``final_pose`` (x, y, heading),
-``velocity``, ``trigger_radius`` and ``repeat``; ``initial_pose`` is the robot's. The file's other keys choose noise,
-speed limits and what the simulator shows; here those are settings of the simulator, and the keys are not read.
+``velocity``, ``trigger_radius`` and ``repeat``; without velocity a box does not move. ``initial_pose`` is the robot's.
+The file's other keys choose noise, speed limits and what the simulator shows; here those are settings of the
+simulator, and the keys are not read.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class _Object(_Read):
     length: Length
     width: Length
     trigger_radius: Annotated[float, Field(ge=0, allow_inf_nan=False)]
-    velocity: Annotated[float, Field(gt=0, le=100)]
+    velocity: Annotated[float, Field(ge=0, le=100)]
     repeat: bool
     init_pose: Where
     final_pose: Where
@@ -77,8 +78,10 @@ def _object(number: int, said: _Object) -> MovingObject:
         (cos * u - sin * v, sin * u + cos * v)
         for u, v in ((length, -width), (length, width), (-length, width), (-length, -width))
     )
-    path = ((x, y),) if (x, y) == (to_x, to_y) else ((x, y), (to_x, to_y))
-    return MovingObject(f"object{number}", outline, path, said.velocity, said.trigger_radius, said.repeat)
+    name = f"object{number}"
+    if not said.velocity or (x, y) == (to_x, to_y):
+        return MovingObject(name, outline, ((x, y),))
+    return MovingObject(name, outline, ((x, y), (to_x, to_y)), said.velocity, said.trigger_radius, said.repeat)
 
 
 def is_config(source: Source) -> bool:

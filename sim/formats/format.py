@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import stat
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from sim.maze import Goal, Maze, MazeError, Point, Start
+from transport.files import read_at_most
 
 TextPlace = tuple[int | None, int | None]
 """Line and column in a text file, or row and column of a pixel, from 1; None where the format knows no such place."""
@@ -82,12 +82,7 @@ class Source:
             MazeError: it cannot be read, is a device, a pipe or a folder, or is longer than any maze.
         """
         try:
-            status = path.stat()
-            if not stat.S_ISREG(status.st_mode):
-                raise MazeError(str(path), "is not a regular file")
-            with path.open("rb") as file:
-                # Read in bounded pieces, since a reader allocates as much memory as it requests.
-                content = file.read(min(status.st_size, LARGEST_FILE) + 1)
+            content = read_at_most(path, LARGEST_FILE + 1)
         except OSError as error:
             raise MazeError(str(path), f"cannot be read: {error.strerror or error}") from None
         if len(content) > LARGEST_FILE:

@@ -76,13 +76,13 @@ class Description(BaseModel):
 
 
 def recognises(source: Source) -> bool:
-    """Whether a file is text with an ``image:`` and a ``resolution:`` in it, or is called ``.yaml``."""
+    """Whether a file is text with the keys ``image`` and ``resolution`` in it, or is called ``.yaml``."""
     if is_image(source):
         return False
     if source.path.suffix in (".yaml", ".yml"):
         return True
     head = source.content[:LARGEST_DESCRIPTION]
-    return all(re.search(rb"(?m)^\s*" + key + rb"\s*:", head) for key in (b"image", b"resolution"))
+    return all(re.search(rb"(?m)(?:^|[{,])\s*[\"']?" + key + rb"[\"']?\s*:", head) for key in (b"image", b"resolution"))
 
 
 def read(source: Source, choices: Choices) -> Sketch:
@@ -140,7 +140,12 @@ def describe(source: Source) -> Description:
 
 
 def _image_file(folder: Path, named: str) -> Path:
-    """The image that a description names; one that has been moved with it is found beside it."""
+    """The image that a description names; one that has been moved with it is found beside it.
+
+    A path of Windows is read as well.
+    """
+    if not (folder / named).is_file():
+        named = named.replace("\\", "/")
     file = folder / Path(named).expanduser()
     beside = folder / Path(named).name
     return beside if not file.is_file() and beside.is_file() else file

@@ -7,6 +7,7 @@ import math
 from hsm.model.registry import Outcome
 from hsm.model.types import Speed
 from perception.facts import Facts
+from skills.activities.rotate import Rotate
 from skills.activities.to_opening import ToOpening
 from skills.course import TRUSTED
 from skills.frames import Frame, Turned
@@ -30,18 +31,24 @@ class Arc(ToOpening):
     in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
     Along the circle the path's speed is fed forward; the distance from where the robot should be is fed back: for the
     angle that it has turned, or, where its base cannot move sideways, for its place. A turn, once begun, is always
-    completed, on the spot if necessary. Outcomes: `done`, `blocked` when the robot does not get to where the circle
-    begins, or cannot turn there.
+    completed, on the spot if necessary. A robot that cannot move sideways turns on the spot, too, where it does not get
+    to where the circle begins. Outcomes: `done`, `blocked` when the robot does not get there, or cannot turn.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
         super().__init__(side, speed)
         self._circle: _Circle | None = None
         self._on_the_spot = False
+        self._instead: Rotate | None = None
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
+        if self._instead is not None:
+            return self._instead.tick(facts)
         if self._headway.lost(facts):
+            if self._circle is None and not self.steering(facts).sideways:
+                self._instead = Rotate(self._side.sign * QUARTER)
+                return self._instead.tick(facts)
             if self._circle is None or self._on_the_spot:
                 return BLOCKED
             self._on_the_spot, self._headway = True, Headway()

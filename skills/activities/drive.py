@@ -7,7 +7,7 @@ from hsm.model.types import Speed
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, Headway, Skill, above_zero
+from skills.motion import BLOCKED, Headway, HeldUp, Skill, above_zero
 from skills.passage import Passage, off_the_walls, passage_of, points_along
 from transport.messages import Command
 
@@ -23,6 +23,7 @@ class Drive(Skill):
         self._speed = above_zero("speed", speed)
         self._course = Course()
         self._headway = Headway(speed=speed)
+        self._held_up = HeldUp(self.settings.motion.needed)
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
@@ -34,7 +35,10 @@ class Drive(Skill):
             return BLOCKED
         if ended is not None:
             return ended
-        return Command(self.steering(facts).along(error, self._speed, self._aside(passage), passage.ahead))
+        steering, aside = self.steering(facts), self._aside(passage)
+        # The end of a wall beside the lane is not ahead, and yet the guard may stop the robot there.
+        ahead = 0.0 if self._held_up.update(facts, aside) and not steering.sideways else passage.ahead
+        return Command(steering.along(error, self._speed, aside, ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         """How the activity has ended, or None while it runs."""

@@ -17,8 +17,8 @@ from transport.section import Point
 
 SLANT = math.radians(20)
 """The robot slants at most this much to its course to get aside, rad."""
-STEEPEST = math.radians(80)
-"""The same where something ahead holds it up, rad."""
+STEEPEST = math.radians(40)
+"""The same where something holds it up, rad; farther round, the walls at its side would be those ahead."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 

@@ -164,6 +164,8 @@ def test_a_name_that_is_misspelt_everywhere_is_one_finding(library):
 
 MISTAKES = [
     ("state a:\n    on bumped -> b\nfinal b\n", "no colon"),
+    ("var n : int = 0\nstate a\n    after 1 s/n += 1\n", "a space before the slash"),
+    ("var n : int = 0\nstate a\n    after 2 s/n = 1\n", "a space before the slash"),
     ("state a {\n    on bumped -> b\n}\nfinal b\n", "no braces"),
     ("state a\n    do ring\n    on done, refused -> b\nfinal b\n", "`do ring()`"),
     ("state a\n    ring()\n    on bumped -> b\nfinal b\n", "after `do`"),
@@ -196,6 +198,17 @@ MISTAKES = [
     ("var n : bool = True\nstate a\n    on bumped if n -> b\nfinal b\n", "`true`"),
     ("var n : int = 0\nstate a\n    on bumped if n > 1 -> b\n    on fault / n++\nfinal b\n", "`+= 1`"),
     ("state a\n    on bumped -> b\nstate b\n    on bumped -> history\n", "name the state"),
+    ("state a\n    wait 3 s -> b\nfinal b\n", "`after 3 s -> ...`"),
+    ("state a\n    on timeout(3) -> b\nfinal b\n", "`after 3 s -> ...`"),
+    ("state a\n    bumped -> b\nfinal b\n", "`on bumped` for an event"),
+    ("state a\n    on bumped -> state b\nfinal b\n", "alone: `-> b`"),
+    ("state a\n    on bumped: -> b\nfinal b\n", "leave out the colon"),
+    ("state a\n    on bumped or fault -> b\nfinal b\n", "separate events with a comma"),
+    ("state a\n    pass\n    on bumped -> b\nfinal b\n", "leave this one out"),
+    ("state a\n    on bumped -> b\nend\nfinal b\n", "the indentation ends a block"),
+    ("state a\n    on bumped -> b\nfinal b c\n", "one word: `b_c`"),
+    ("initial state a\nstate a\n    on bumped -> b\nfinal b\n", "alone: `initial a`"),
+    ("state a\n    do follow_wall(side: left)\n    on bumped -> b\nfinal b\n", "with `=`"),
     ('state a\n    do follow_wall(side = "left")\n    on bumped -> b\nfinal b\n', "remove the quotes"),
 ]
 

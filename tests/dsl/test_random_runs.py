@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hsm import MachineFault, build
 from hsm.dsl import parse_model
-from hsm.engine.inputs import check_time
+from hsm.engine.inputs import checked_time
 from hsm.engine.occurrences import checked_events
 from hsm.engine.run import Supervisor
 from tests.dsl.library import make_library
@@ -24,7 +24,7 @@ class Careful(Supervisor):
     """A run that does each step in full."""
 
     def step(self, time, events=(), facts=None):
-        check_time(time, self.time)
+        time = checked_time(time, self.time)
         checked_events(self.machine.model, events)
         return self._react(time, events, facts, {})
 

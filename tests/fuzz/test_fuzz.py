@@ -12,6 +12,7 @@ with different seeds add up. An input that takes more than ``LIMIT`` of processo
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 import logging
 import os
@@ -32,7 +33,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from pygls.exceptions import JsonRpcException
 
-from hsm.dsl.loading import check_text, load_model
+from hsm.dsl.loading import ImportedMachines, check_tree, load_model
 from hsm.dsl.lsp.completion import completions
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.hovering import hover
@@ -40,6 +41,7 @@ from hsm.dsl.lsp.machine_server import MachineServer
 from hsm.dsl.lsp.navigation import definition, outline
 from hsm.dsl.lsp.references import references
 from hsm.dsl.lsp.server import make_server
+from hsm.dsl.syntax.parser import parse
 from hsm.interchange.scxml import read_text as read_scxml
 from hsm.model.diagnostics import MachineError
 from hsm.testing.scenarios.reading import parse_suite
@@ -106,8 +108,15 @@ def library() -> object:
     return robot_library()
 
 
+@cache
+def imported() -> ImportedMachines:
+    """What the machines import, read once."""
+    return ImportedMachines()
+
+
 def machine(_name: str, content: bytes, _folder: Path) -> None:
-    checked = check_text(content.decode("utf-8", "replace"), library())
+    text = content.decode("utf-8", "replace")
+    checked = check_tree(*parse(text, "fuzz.maze-machine"), text, library(), imported())
     assert checked.model is not None or checked.diagnostics
 
 
@@ -311,6 +320,16 @@ TARGETS: dict[str, tuple[Callable[[str, bytes, Path], None], str]] = {
 
 def corpus(folder: str) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted((CORPUS / folder).iterdir())}
+
+
+@pytest.fixture(autouse=True)
+def no_search_for_garbage_in_what_stays() -> Iterator[None]:
+    """The library, the grammar and Hypothesis are no garbage; looking at them again and again takes a tenth."""
+    library()
+    gc.collect()
+    gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 @pytest.fixture

@@ -110,6 +110,14 @@ def test_one_state_alone(machine):
         excerpt(machine.model, within="nowhere")
 
 
+def test_every_state_can_be_drawn_alone(machine):
+    for one in machine.model.states[1:]:
+        shown = excerpt(machine.model, within=one.name)
+        assert shown.model.states[0].children == (1,)
+        assert shown.model.states[0].last == len(shown.model.states) - 1
+        assert render(machine, "dot", Look(within=one.name))
+
+
 def test_around_some_states_only_what_leads_to_them_is_open(machine):
     names = {one.own_name: one.name for one in machine.model.states}
     shown = excerpt(machine.model, open_around(machine.model, [names["b"]]))

@@ -7,6 +7,8 @@ import re
 import shutil
 import subprocess
 import sys
+from collections import deque
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +117,17 @@ def test_a_machine_comes_from_a_text_or_from_a_file(tmp_path, machine):
         (lambda: hsm.loads(TEXT, "lamp"), "the library of a machine is a Library, not str"),
         (lambda: hsm.load(3, library), "the path of a machine is a str, not int"),
         (lambda: hsm.load("lamp.maze-machine", None), "the library of a machine is a Library, not NoneType"),
+        (lambda: hsm.loads(TEXT, library, 3), "the file name of a machine is a str, not int"),
+        (lambda: hsm.build(None), "a machine is built from a Model, not from None (NoneType)"),
+        (lambda: hsm.to_transitions("lamp"), "what is converted is a Machine, not str"),
+        (lambda: hsm.transition(None, {}, hsm.Inputs(1.0)), "a transition is of a Machine, not of None (NoneType)"),
+        (lambda: hsm.transition(hsm.loads(TEXT, library), {}, 3), "the inputs of a transition are Inputs, not 3 (int)"),
+        (
+            lambda: hsm.transition(hsm.loads(TEXT, library), {}, hsm.Inputs(1.0, outcomes=["on"])),
+            "outcomes are a mapping from states to outcomes, not ['on'] (list)",
+        ),
+        (lambda: hsm.loads(TEXT, library).start(["armed"]), "parameters are given as a mapping from names to values"),
+        (lambda: hsm.loads(TEXT, library).start("armed=1"), "parameters are given as a mapping from names to values"),
     ],
 )
 def test_a_wrong_argument_is_named(call, words):
@@ -143,6 +156,8 @@ def test_a_wrong_text_raises_all_its_diagnostics(text):
         ({"side": "left"}, TypeError, "a Mode (dim, bright)"),
         ({"share": math.nan}, ValueError, "cannot hold nan"),
         ({"share": math.inf}, ValueError, "cannot hold inf"),
+        ({"share": 10**400}, ValueError, "cannot hold 1000000"),
+        ({"count": 10**5000}, ValueError, "cannot hold a number that is too large (int) in its parameter `count`"),
         ({"count": 2**63}, ValueError, "cannot hold"),
         ({"colour": 1}, ValueError, "has no parameter `colour`; its parameters: count, far, armed, side, share"),
         ({"share": ...}, TypeError, "a number, not Ellipsis"),
@@ -173,6 +188,9 @@ def test_parameters_may_be_any_numbers_of_the_right_kind():
         (-1.0, ValueError, "time runs backwards"),
         ("1", TypeError, "not '1' (str)"),
         (None, TypeError, "not None (NoneType)"),
+        (True, TypeError, "not True (bool)"),
+        (10**400, ValueError, "a finite number of seconds, not 1000000"),
+        pytest.param(10**5000, ValueError, "seconds, not a number that is too large", id="digits"),
     ],
 )
 def test_times_are_checked_and_nothing_has_changed(time, error, words, machine):
@@ -185,6 +203,17 @@ def test_times_are_checked_and_nothing_has_changed(time, error, words, machine):
         with pytest.raises(error, match=re.escape(words)):
             step(time, (), BRIGHT)
     assert run.snapshot() == before
+    if not isinstance(time, float) or not math.isfinite(time):
+        with pytest.raises(error, match=re.escape(words)):
+            machine.start(facts=BRIGHT, time=time)
+
+
+def test_a_time_of_any_kind_of_number_is_a_float_for_the_machine(machine):
+    run = machine.start(facts=BRIGHT, time=np.int64(1))
+    for time in (2, np.float32(2.5), np.float64(3.0), Fraction(7, 2)):
+        step = run.step(time, facts=BRIGHT)
+        assert type(run.time) is type(step.time) is float
+        assert run.time == float(time)
 
 
 @pytest.mark.parametrize(
@@ -195,6 +224,11 @@ def test_times_are_checked_and_nothing_has_changed(time, error, words, machine):
         (["knock", "k"], ValueError, "no event `k` is declared"),
         (DARK, TypeError, "events are a list of names, not Room("),
         ([7], TypeError, "an event is a text or an Occurrence, not 7 (int)"),
+        ({"knock"}, TypeError, "events are a list of names, not {'knock'} (set)"),
+        ({"knock": 1}, TypeError, "events are a list of names, not {'knock': 1} (dict)"),
+        (b"knock", TypeError, "events are a list of names, not b'knock' (bytes)"),
+        ([hsm.Occurrence(3)], TypeError, "the name of an event is a text, not 3 (int)"),
+        ([hsm.Occurrence("knock", 3)], TypeError, "the data of event `knock` is a mapping from names to values, not 3"),
     ],
 )
 def test_events_are_checked_and_nothing_has_changed(events, error, words, machine):
@@ -206,6 +240,39 @@ def test_events_are_checked_and_nothing_has_changed(events, error, words, machin
     with pytest.raises(error, match=re.escape(words)):
         hsm.transition(machine, before, hsm.Inputs(0.1, events, facts=DARK))
     assert run.snapshot() == before
+
+
+@pytest.mark.parametrize("kind", [tuple, iter, np.array, deque])
+def test_events_may_be_given_in_any_order_that_is_one(kind, machine):
+    run = machine.start({"patience": 1.0}, facts=BRIGHT)
+    assert run.step(0.1, kind(["knock"]), DARK) == machine.start({"patience": 1.0}, facts=BRIGHT).step(
+        0.1, ["knock"], DARK
+    )
+
+
+def no_tick(own):
+    own.activity("idle")(Room)
+
+
+@pytest.mark.parametrize(
+    ("declare", "words"),
+    [
+        (lambda own: own.signal("near by")(lamp.near), "'near by' cannot be a name"),
+        (lambda own: own.signal(3)(lamp.near), "3 cannot be a name"),
+        (lambda own: own.event(""), "'' cannot be a name"),
+        (lambda own: own.signal("near")(lambda facts: True), "`near`: the signal's function has no annotation"),
+        (lambda own: own.action("ring")(lambda facts, times: None), "its argument `times` has no annotation"),
+        (lambda own: own.action("ring")(None), "`ring`: None is neither a function nor a class"),
+        (lambda own: own.activity("shine", outcomes="dark")(lamp.Shine), "outcomes are a list of names"),
+        (lambda own: own.activity("shine", outcomes=3)(lamp.Shine), "outcomes are a list of names"),
+        (lambda own: own.activity("shine", holds=("a bulb",))(lamp.Shine), "holds are a list of names"),
+        (no_tick, "`idle`: the class Room has no method `tick`"),
+        (lambda own: own.event("go", data=["floor"]), "the data of an event is a mapping from names to types"),
+    ],
+)
+def test_a_wrong_declaration_is_named(declare, words):
+    with pytest.raises(hsm.RegistryError, match=re.escape(words)):
+        declare(hsm.Library("own"))
 
 
 def test_charts_that_declare_no_events_may_be_sent_any():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hsm import MachineFault, build
 from hsm.engine import configuration, trees
-from hsm.engine.inputs import check_time
+from hsm.engine.inputs import checked_time
 from hsm.engine.occurrences import checked_events
 from hsm.engine.run import Supervisor
 from hsm.model.chart import StateKind, TransitionKind
@@ -50,7 +50,7 @@ class InFull(Supervisor):
     """A run whose every step goes the full way."""
 
     def step(self, time, events=(), facts=None):
-        check_time(time, self.time)
+        time = checked_time(time, self.time)
         checked_events(self.machine.model, events)
         return self._react(time, events, facts, {})
 

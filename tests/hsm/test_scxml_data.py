@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from hsm import MachineError, SnapshotError, build
 from hsm.interchange.scxml import read_file, read_text, write_text
-from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, compile_expression
+from hsm.interchange.scxml.datamodel.ecmascript import EcmaScriptLanguage
+from hsm.interchange.scxml.datamodel.expressions import DataError, Environment
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.translation import to_machine_text
 from hsm.model.messages import ScxmlEvent, Store
@@ -25,7 +26,7 @@ ENVIRONMENT = Environment(
 
 
 def value(text):
-    return compile_expression(text)(ENVIRONMENT)
+    return EcmaScriptLanguage.read(text)(ENVIRONMENT)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +38,7 @@ def value(text):
         ("7 % 4 / 2", 1.5),
         ("'a' + 'b' + 1", "ab1"),
         ("x == 3 && names.length === 2", True),
-        ("x != 3 or not true", False),
+        ("x != 3 || !true", False),
         ("x > 2 ? 'big' : 'small'", "big"),
         ("names[1]", "b"),
         ("names[9]", None),
@@ -46,16 +47,15 @@ def value(text):
         ("[1, [2]].length", 2),
         ("{'a': 1, b: 'c'}.b", "c"),
         ("names.concat(['c'])", ["a", "b", "c"]),
-        ("names + ['c']", ["a", "b", "c"]),
         ("typeof nowhere", "undefined"),
         ("typeof x === 'number'", True),
         ("_event.name + _event.data.n", "e7"),
-        ("In('s') and not In('t')", True),
+        ("In('s') && !In('t')", True),
         ("_name == 'chart'", True),
-        ("none is None", True),
+        ("none == null", True),
         ("'abc'.startsWith('a')", True),
         ("'x' in point", True),
-        ("1 == true", False),
+        ("1 == true", True),
         ("!0", True),
         ("names instanceof Array", True),
         ("point instanceof Array", False),
@@ -68,9 +68,7 @@ def test_what_an_expression_means(text, expected):
     assert value(text) == expected
 
 
-@pytest.mark.parametrize(
-    "text", ["nowhere", "x.y", "none.y", "In('u')", "1 / 0", "'a' - 1", "x < 'a'", "names.startsWith('a')"]
-)
+@pytest.mark.parametrize("text", ["nowhere", "x.y", "none.y", "In('u')", "1 / 0", "'a' - 1", "names.startsWith('a')"])
 def test_what_cannot_be_evaluated(text):
     with pytest.raises(DataError):
         value(text)
@@ -79,7 +77,7 @@ def test_what_cannot_be_evaluated(text):
 @pytest.mark.parametrize("text", ["1 = 1", "return", "", "(1", "1 +", "x y", "#", "a.", "'open"])
 def test_what_is_no_expression(text):
     with pytest.raises(InvalidExpressionError):
-        compile_expression(text)
+        EcmaScriptLanguage.read(text)
 
 
 @pytest.mark.parametrize(
@@ -94,12 +92,11 @@ def test_what_is_no_expression(text):
         "names.sort()",
         "eval('1')",
         "(" * 100 + "1" + ")" * 100,
-        "lambda: 1",
     ],
 )
 def test_what_is_not_in_the_subset_is_refused(text):
     with pytest.raises(UnsupportedError):
-        compile_expression(text)
+        EcmaScriptLanguage.read(text)
 
 
 @pytest.mark.parametrize("text", ["''.__class__", "names.__len__", "x.real", "_event.__dict__", "point.__class__"])
@@ -150,7 +147,7 @@ def test_branches_and_loops():
 def test_events_carry_data_and_come_after_a_computed_delay():
     body = """<state id="a"><onentry>
       <send eventexpr="'go' + 1" delayexpr="wait" namelist="wait"><param name="n" expr="6 * 7"/></send></onentry>
-      <transition event="go1" cond="_event.data.n == 42 and _event.data.wait == '1.5s'" target="pass"/>
+      <transition event="go1" cond="_event.data.n == 42 &amp;&amp; _event.data.wait == '1.5s'" target="pass"/>
       <transition event="*" target="fail"/></state>"""
     head = """<datamodel><data id="wait" expr="'1.5s'"/></datamodel>"""
     assert run(body, head) == "pass"

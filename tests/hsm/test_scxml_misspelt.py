@@ -99,3 +99,43 @@ def test_what_is_missing_in_a_chart_with_data_is_named(body, code, words):
             f'<datamodel><data id="n" expr="1"/></datamodel><state id="a">{body}</state></scxml>'
         )
     assert [(one.code, words in one.message) for one in raised.value.diagnostics] == [(code, True)]
+
+
+STATE = '<state id="a"><onentry>{}</onentry></state>'
+SEND = STATE.format('<send event="x">{}</send>')
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (STATE.format('<assign location="x"/>'), "<assign> needs `expr` or a value in it"),
+        (SEND.format('<param name="p"/>'), "<param> needs `expr` or `location`"),
+        (SEND.format('<content expr="1"/><content expr="2"/>'), "<send> has a second <content>"),
+        (SEND.format('<param name="p" expr="1"/><content expr="1"/>'), "<param> and <content>, which exclude"),
+        (SEND.format('<content expr="1">2</content>'), "<content> has `expr` and a value in it"),
+        (STATE.format("<raise event='x'/>") + "<datamodel/><datamodel/>", "<scxml> has a second <datamodel>"),
+        ('<final id="a"><donedata/><donedata/></final>', "<final> has a second <donedata>"),
+        ('<history id="h"><transition target="a"/></history><state id="a"/>', "<scxml> cannot contain <history>"),
+        ('<state id="a"><invoke src="http://x.org/a.scxml"/></state>', "it is not a file"),
+        ('<state id="a"><invoke src="x" autoforward="yes"/></state>', "`autoforward` of <invoke> is `true` or `false`"),
+        *(
+            (f'<state id="a"><transition event="{event}" target="a"/></state>', f"`{wrong}` is not an event descriptor")
+            for event, wrong in [("a, b", "a,"), ("a.*.b", "a.*.b"), ("a..b", "a..b"), ("a;b", "a;b"), ("x *a", "*a")]
+        ),
+        *(
+            (f'<state id="a"><transition cond="{condition}" target="a"/></state>', "is not supported")
+            for condition in ("x = 1", "x | 1", "[...x]", "0x10", "x?.y")
+        ),
+        (STATE.format('<assign location="x[0]" expr="1"/>'), "the location `x[0]` is not supported"),
+    ],
+)
+def test_an_odd_combination_is_named(body, message):
+    data = '<datamodel><data id="x"/></datamodel>' if "datamodel" not in body else ""
+    text = f'<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">{data}{body}</scxml>'
+    assert message in "\n".join(one.message for one in findings(text))
+
+
+@pytest.mark.parametrize("event", ["*", ".*", "a", "a.b", "a.", "a.*", "done.state.a b.c *", "error.execution"])
+def test_event_descriptors_of_the_standard_are_read(event):
+    text = document(("scxml", "state", "transition"), f'event="{event}" target="a"')
+    read_text(text.replace("<state>", '<state id="a">'))

@@ -250,6 +250,6 @@ def test_what_is_no_snapshot_is_refused(damage):
 
 def test_no_time_is_refused():
     run = build(model(state("a", on("e", "b")), state("b"))).start()
-    with pytest.raises(ValueError, match="a number of seconds"):
+    with pytest.raises(ValueError, match="a finite number of seconds"):
         run.step(float("nan"), ["e"])
     assert run.configuration == {"a"}

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from maze_machine.campaign.columns import GROUP, columns_in, summary_of_columns
 from maze_machine.campaign.summary import summary
 from maze_machine.cli import app
+from maze_machine.errors import FileError
 
 HEAD = {"setup": {}, "files": {}}
 RECORDS = [
@@ -74,6 +75,17 @@ def test_a_sweep_writes_and_resumes_them(tmp_path, monkeypatch):
         frame = pandas.read_parquet("runs.parquet")
         assert frame["path_length"].tolist() == [json.loads(line)["path_length"] for line in lines]
         assert len(frame) == int(seeds)
+
+
+def test_only_earlier_results_are_replaced(tmp_path):
+    text, table = tmp_path / "thesis.tex", tmp_path / "other.parquet"
+    text.write_text("years of work")
+    pandas.DataFrame({"seed": [1], "name": ["other"]}).to_parquet(table)
+    for file in (text, table):
+        before = file.read_bytes()
+        with pytest.raises(FileError, match="does not hold the results of a campaign"), columns_in(file):
+            pass
+        assert file.read_bytes() == before
 
 
 @pytest.mark.parametrize("content", [b"", b"{}\n", b"PAR1 and nothing else", b"PAR1" + bytes(100) + b"PAR1"])

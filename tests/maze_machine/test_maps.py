@@ -91,6 +91,7 @@ def test_show_gives_numbers_to_programs(kept):
         (["--map", "MAP", "--record", "run.mcap"], 2, "--record does not go with --map"),
         (["--map", "MAP", "--save-map", "MAP"], 2, "would overwrite what is read"),
         (["--save-map", "map.json"], 2, "no format is named `.json`; use .map"),
+        (["--save-map", "absent/a.map"], 3, "--save-map absent/a.map: there is no folder absent; make it, or"),
         (["--map", __file__], 3, "this is not a map (`maze-machine run --save-map FILE` writes one)"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",

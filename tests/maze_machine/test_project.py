@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from maze_machine.catalogue.library import chosen_library, robot_names
+from maze_machine.catalogue.machines import find_machine, shipped_machines
 from maze_machine.catalogue.project import default_robot, find_project
 from maze_machine.catalogue.trust import is_trusted, require_trust, trust_file, trusted_folders
 from maze_machine.cli import app
@@ -63,6 +64,28 @@ def test_every_command_takes_the_library_of_the_project(vacuum, tmp_path, monkey
     (vacuum / "maze-machine.toml").unlink()
     assert run("check", machine)[0] == 1
     assert run("check", machine, "--library", "vacuum_robot:library")[0] == 0
+
+
+def test_a_machine_of_the_project_comes_before_the_shipped_one_of_its_name(vacuum, monkeypatch):
+    text = (vacuum / "vacuum.maze-machine").read_text()
+    (vacuum / "pledge.maze-machine").write_text(text.replace("machine vacuum", "machine pledge", 1))
+    monkeypatch.chdir(vacuum)
+    assert find_machine("pledge") == vacuum / "pledge.maze-machine"
+    assert find_machine("tremaux") == shipped_machines()["tremaux"]
+    run("diagram", "pledge", "-o", "pledge.mmd")
+    assert "dock" in Path("pledge.mmd").read_text()
+
+
+def test_a_recording_names_the_machine_that_ran(courier, monkeypatch):
+    (courier / "pledge.maze-machine").write_text(shipped_machines()["pledge"].read_text().replace("0.5 m/s", "0.2 m/s"))
+    run("run", "pledge", "--maze", "corridor", "--time-limit", 1, "--no-picture", "--record", "own.mcap")
+    assert Path(read_recording(Path("own.mcap")).run["machine"]) == courier / "pledge.maze-machine"
+    assert run("replay", "own.mcap")[0] == 0
+    monkeypatch.chdir(courier.parent)
+    run("run", "pledge", "--maze", "corridor", "--time-limit", 1, "--no-picture", "--record", "shipped.mcap")
+    assert read_recording(Path("shipped.mcap")).run["machine"] == "pledge"
+    monkeypatch.chdir(courier)
+    assert run("replay", "../shipped.mcap")[0] == 0, "the shipped one, not the project's"
 
 
 def test_the_loop_of_a_new_project_drives(vacuum):

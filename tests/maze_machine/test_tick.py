@@ -2,14 +2,18 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
+from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import shown_ranges
 from maze_machine.drive.tick_json import LINE
+from maze_machine.report.pages import LOOKED_AT, recorded_frames
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from perception import Perception
 from transport.description import RobotDescription
 from transport.world import LockstepRobot
 
@@ -77,3 +81,14 @@ def test_a_tick_is_described_once_and_says_the_same_later():
     robot = LockstepRobot(world)
     drive(mission, robot, robot, [lambda tick: at_once.append(json.dumps(tick.json))], truth=world.pose)
     assert [json.dumps(tick.json) for tick in again] == at_once
+
+
+def test_a_recorded_run_shows_the_map_that_the_robot_made():
+    _, _, ticks = run("explorer", 4.0)
+    profile = load_profile()
+    kept = [SimpleNamespace(observation=one.observation, command=one.command, step=one.json) for one in ticks]
+    frames = list(recorded_frames(SimpleNamespace(ticks=kept), Perception(profile.robot, profile.perception)))
+    assert (len(ticks) - 1) % LOOKED_AT == 0
+    assert frames[-1]["place"] == "known"
+    assert frames[-1]["sights"]["map"] == sights(ticks[-1].facts)["map"]
+    assert "place" not in run("pledge", 0.5)[2][-1].json

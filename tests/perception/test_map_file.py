@@ -130,7 +130,7 @@ def test_without_a_place_the_robot_is_lost_and_adds_nothing(world):
 
 def test_a_named_pipe_is_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "pipe.map")
-    with pytest.raises(MapError, match="is not a regular file"):
+    with pytest.raises(OSError, match="it is not a regular file"):
         read_map(tmp_path / "pipe.map")
 
 

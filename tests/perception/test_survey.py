@@ -32,13 +32,13 @@ def way():
     return out
 
 
-def drive(poses, *, odometry=lambda number, pose: pose, blind=()):
+def drive(poses, *, odometry=lambda number, pose: pose, blind=(), walls=lambda number: WALLS):
     """What the world model makes of a way: its errors in the first pose's frame."""
     perception, off, rng = Perception(PICO), [], np.random.default_rng(3)
     base = None
     for number, pose in enumerate(poses):
         stamp = number * 100_000_000
-        scan = scan_of(WALLS, pose, PICO.laser, rng, noise=NOISE, stamp=stamp)
+        scan = scan_of(walls(number), pose, PICO.laser, rng, noise=NOISE, stamp=stamp)
         if number in blind:
             scan = Scan(stamp, scan.geometry, np.full_like(scan.ranges, np.nan))
         facts = perception.facts(Observation(stamp, scan, Odometry.at(stamp, odometry(number, pose))))
@@ -93,3 +93,17 @@ def test_without_a_map_there_is_none():
 def test_a_blind_robot_follows_odometry():
     _, off = drive(way(), blind=range(30, 50))
     assert largest(off)[0] < 0.03
+
+
+def test_a_door_that_opens_at_the_end_of_a_bare_corridor_does_not_hold_the_robot_back():
+    # While it is shut only the corridor's sides are known, which leave free how far along it the robot is.
+    room, door = cells(["#########", "#...#...#", "#.......#", "#...#...#", "#########"]), (4.0, -2.0, 4.0, -3.0)
+    corridor = [(1.0, -2.0, 4.0, -2.0), (1.0, -3.0, 4.0, -3.0)]
+    inside = [*room, *corridor]
+    stand, through = [Pose(3.2, -2.5, 0.0)] * 10, [Pose(3.2 + 0.05 * step, -2.5, 0.0) for step in range(40)]
+    _, off = drive(
+        [*stand, *stand, *through],
+        odometry=lambda _, pose: Pose(1.03 * pose.x, pose.y, pose.heading),
+        walls=lambda number: inside if number >= 10 else [*inside, door],
+    )
+    assert largest(off)[0] < 0.02

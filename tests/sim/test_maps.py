@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from sim.formats import Choices, Grey, read_maze, write_maze
-from sim.formats.chosen import opened
+from sim.formats.chosen import OPENED, opened
 from sim.formats.image import Picture, areas
 from sim.formats.ros_map import Description, occupied_and_free
 from sim.maze import Leave, Maze, MazeError, Nothing, Reach, Start, Survive
@@ -132,6 +132,23 @@ class TestMapsOfMappingTools:
             len(read_maze(file, Choices(start=Start(Pose(1.1, 0.6, 0.0))), radius=RobotDescription().radius).walls) == 8
         )
 
+    @pytest.mark.parametrize(
+        ("name", "text"),
+        [
+            ("map.yaml", "{image: map.png, resolution: 0.1, origin: [-1, -0.5, 0]}"),
+            ("map.json", '{"image": "map.png",\n"resolution": 0.1, "origin": [-1, -0.5, 0]}'),
+            ("map.yaml", "image: maps\\map.png\nresolution: 0.1\norigin:\n  - -1\n  - -0.5\n  - 0\n"),
+        ],
+        ids=["in one line", "as JSON", "with a path of Windows"],
+    )
+    def test_a_description_is_any_yaml(self, tmp_path, name, text):
+        described(tmp_path, room())
+        (tmp_path / "maps").mkdir()
+        (tmp_path / "map.png").rename(tmp_path / "maps" / "map.png" if "maps" in text else tmp_path / "map.png")
+        (tmp_path / name).write_text(text)
+        maze = read_maze(tmp_path / name, radius=RobotDescription().radius)
+        assert maze.bounds[:2] == pytest.approx((-1.0, -0.5))
+
     def test_a_robot_that_touches_the_edge_of_the_unknown_is_told_so(self):
         maze = replace(read_maze(ROOMS, radius=RobotDescription().radius), start=Start(Pose(-0.5, -0.375, math.pi)))
         robot = SimulatedRobot(maze)
@@ -216,6 +233,10 @@ class TestTheCoursesObjects:
         # It is turned by a right angle, so that its length goes along y.
         assert np.abs(np.asarray(thing.outline)).max(axis=0) == pytest.approx([0.25, 0.5])
         assert maze.start.pose == Pose(0.2, -0.3, 0.5)
+
+    def test_one_without_velocity_does_not_move(self, tmp_path):
+        (thing,) = self.read(tmp_path, {"objects": [{**CONFIG["objects"][0], "velocity": 0.0}]}).objects
+        assert thing.path == ((3.0, -2.0),)
 
     def test_a_chosen_start_goes_first(self, tmp_path):
         (tmp_path / "config.json").write_text(json.dumps(CONFIG))
@@ -302,6 +323,18 @@ class TestWhatIsChosen:
         assert len(maze.exits) == 1
         assert shortest_way(maze, radius=RobotDescription().radius) is not None
 
+    @pytest.mark.parametrize("x", [0.85, 0.9, 1.0, 1.1, 1.15])
+    def test_a_chosen_exit_leads_through_a_thick_wall_wherever_in_it_it_lies(self, tmp_path, x):
+        grid = room()
+        grid[18:30, 19:21], grid[:, 21:] = 0, 205
+        file = described(tmp_path, grid, origin=[-1.0, -0.5, 0])
+        choices = Choices(exits=(((x, -0.2), (x, 0.3)),), start=Start(Pose(0.0, 0.0, 0.0)))
+        maze = read_maze(file, choices, radius=0.15)
+        way = shortest_way(maze, radius=0.15)
+        assert way == pytest.approx(x, abs=0.4)
+        with pytest.raises(MazeError, match=r"only about 0\.5"):
+            read_maze(file, choices, radius=0.3)
+
     def test_a_chosen_exit_replaces_the_files(self):
         maze = read_maze(
             MAZES / "cells.txt", Choices(exits=(((4.0, 3.0), (4.0, 4.0)),)), radius=RobotDescription().radius
@@ -328,7 +361,7 @@ class TestWhatIsChosen:
         along = (points - [gx, gy]) @ [ex, ey]
         aside = (points - [gx, gy]) @ [-ey, ex]
         for point, u, v in zip(points, along, aside, strict=True):
-            depth = min(u, length - u, 0.15 - abs(v))
+            depth = min(u, length - u, OPENED - abs(v))
             away = min((_distance(point, piece) for piece in kept), default=math.inf)
             if depth > 1e-3:
                 assert away > 1e-6

@@ -57,7 +57,11 @@ def test_the_same_seed_writes_the_same_bytes(tmp_path):
         (["maze", "show", "final_2015", "--exit", "1 2 1 2"], 2, "--exit '1 2 1 2': two points in a row are the same"),
         (["maze", "show", "final_2015", "--goal", "away"], 2, "--goal 'away': an x in metres should be a number"),
         (["maze", "show", "final_2015", "--goal", "1e5 0"], 2, "at most 10 km from the origin"),
-        (["maze", "show", "final_2015", "--objects", "/dev/zero"], 3, "/dev/zero: is not a regular file"),
+        (
+            ["maze", "show", "final_2015", "--objects", "/dev/zero"],
+            3,
+            "/dev/zero: cannot be read: it is not a regular file",
+        ),
         (["maze", "show", "final_2015", "--set", "robot.footprint=[[1,1],[-1,1],[-1,-1],[1,-1]]"], 3, "does not fit"),
         (["maze", "show", "/dev/zero"], 3, "`/dev/zero` is not a regular file"),
         (["run", "pledge", "--goal", "none", "--connect", "tcp/127.0.0.1:1"], 2, "does not go with --connect"),

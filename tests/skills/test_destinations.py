@@ -118,7 +118,7 @@ def test_the_time_is_that_of_the_way_and_of_the_turn_to_it(trip):
 
 
 def test_the_way_to_a_door_and_out(trip):
-    before, end = trip[2:4]
+    before, end = trip[0], trip[3]
     assert before["known"].isdisjoint({Destination.DOOR, Destination.WAY_OUT})
     assert end["known"] == set(Destination)
     assert 2.8 - 0.1 < end["distance"][Destination.WAY_OUT] < 2.8 * SHARE

@@ -69,6 +69,28 @@ def test_where_the_wall_steps_in_it_gives_way(world, drive, robot):
     assert not done.touched
 
 
+@pytest.mark.parametrize("aside", [0.11, 0.12])
+def test_the_end_of_a_wall_beside_its_way_does_not_hold_it_up(world, drive, aside):
+    walls = [(-0.6, -0.334, 3, -0.334), (0.35, 0.334, 1.2, 0.334), (-0.6, 0.9, 0.3, 0.9), (-0.6, -0.334, -0.6, 0.9)]
+    done = drive(Drive(), world(walls, Pose(0, aside)), limit=12, robot=BOX)
+    assert done.end.x > 2
+    assert not done.touched
+
+
+@pytest.mark.parametrize("side", list(Side))
+def test_where_a_wall_keeps_it_from_the_arc_it_turns_on_the_spot(world, block, drive, side):
+    room = [
+        (-0.3, -1, 1.5, -1),
+        (-0.3, -1, -0.3, 1.7),
+        (-0.3, 1.7, 1.5, 1.7),
+        (0.37, side.sign * 1, 1.04, side.sign * 1),
+    ]
+    done = drive(Arc(side, 0.5), world(room + block(1.04, -0.33, 0.67, 0.67), Pose(0.4, 0)), limit=20, robot=BOX)
+    assert done.outcome == "done"
+    assert abs(math.remainder(done.end.heading - side.sign * math.pi / 2, math.tau)) < math.radians(6)
+    assert not done.touched
+
+
 @pytest.mark.parametrize("side", list(Side))
 @pytest.mark.parametrize(("width", "start"), [(0.8, 1.2), (1.0, 1.8), (1.4, 2.05)])
 def test_an_arc_ends_in_the_middle_of_the_opening(world, side_exit, drive, side, width, start):  # noqa: PLR0917

@@ -345,5 +345,7 @@ def test_a_gate_refuses_while_its_driver_is_silent() -> None:
         network.bus(), DriverBase(RosDriver(network.bus(), inside), TOY.laser, clock), TOY, LinkSettings(), clock
     )
     clock.others = [gate.pump]
-    with pytest.raises(LinkError, match="driver sends no scan or no odometry"):
+    with pytest.raises(
+        LinkError, match=r"driver sends no scan or no odometry: the gate listens on `\w+/scan` and `\w+/odom`"
+    ):
         open_robot(network.bus(), TOY, LinkSettings(), clock=clock)

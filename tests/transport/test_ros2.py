@@ -78,7 +78,7 @@ def place(endpoint: str) -> Iterator[dict[str, object]]:
 
 def simulator(endpoint: str, *settings: str) -> object:
     given = ["link.keys=rmw_zenoh", *settings]
-    return command("sim", "corridor", "--realtime", "--listen", endpoint, *(f"--set={one}" for one in given))
+    return command("sim", "corridor", "--listen", endpoint, *(f"--set={one}" for one in given))
 
 
 @pytest.mark.parametrize("stamped", [False, True], ids=["Twist", "TwistStamped"])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import sqlite3
-import stat
 import struct
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -25,6 +24,7 @@ from mcap.records import Channel, Chunk, McapRecord, Metadata, Schema
 from mcap.records import Message as Record
 from mcap.stream_reader import StreamReader, breakup_chunk
 
+from transport.files import read_at_most
 from transport.recording.values import RecordingError
 
 RUN = "run"
@@ -106,10 +106,7 @@ def messages_of(path: Path) -> Messages:
         if not files:
             raise RecordingError("is a folder without an .mcap or .db3 file")
         return _Folder([messages_of(file) for file in sorted(files, key=_number)])
-    if not stat.S_ISREG(path.stat().st_mode):
-        raise RecordingError("is not a regular file")
-    with path.open("rb") as file:
-        head = file.read(16)
+    head = read_at_most(path, 16)
     if head.startswith(MCAP):
         return _McapFile(path)
     if head.startswith(SQLITE):

@@ -114,15 +114,13 @@ def _leaves(model: Model, transition: Transition, state: State) -> bool:
 def domain_of(model: Model, transition: Transition) -> State:
     """The innermost compound state that a transition does not leave; its source's own, where it goes nowhere."""
     source = model.states[transition.source]
-    inside = all(source.index < target <= source.last for target in transition.targets)
+    inside = all(target in source.subtree[1:] for target in transition.targets)
     if transition.kind is TransitionKind.LOCAL and inside and source.kind is StateKind.COMPOUND:
         return source
     current = source
     while current.parent >= 0:
         current = model.states[current.parent]
-        if current.kind is StateKind.COMPOUND and all(
-            current.index < target <= current.last for target in transition.targets
-        ):
+        if current.kind is StateKind.COMPOUND and all(one in current.subtree[1:] for one in transition.targets):
             return current
     return current
 

@@ -51,8 +51,8 @@ def _transitions(subject: AnalysisInput, region: State) -> list[Transition]:
     model = subject.model
     return [
         model.transitions[number]
-        for state in model.states[region.index : region.last + 1]
-        for number in state.transitions
+        for state in region.subtree
+        for number in model.states[state].transitions
         if model.transitions[number].targets and number not in subject.uncertain
     ]
 

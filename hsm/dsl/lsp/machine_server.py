@@ -24,8 +24,8 @@ from hsm.dsl.lsp import protocol
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.edited import EditedFile, MachineFile
 from hsm.dsl.lsp.references import NamingFile
-from hsm.dsl.lsp.workspace import MOST_FILES, Documents, LibraryOf, OtherFile, OtherLanguage, files_in
-from hsm.dsl.syntax.sources import read_text
+from hsm.dsl.lsp.workspace import MOST_FILES, MOST_FOLDERS, Documents, LibraryOf, OtherFile, OtherLanguage
+from hsm.dsl.syntax.sources import files_in, read_text
 from hsm.model.diagnostics import MachineError, Severity
 
 PAUSE = 0.02
@@ -136,7 +136,7 @@ class MachineServer(LanguageServer):
         if self.other_language is None:
             return
         opened = {protocol.path_of(one): document.source for one, document in self.workspace.text_documents.items()}
-        for path in islice(files_in(folder, self.other_language.suffix), MOST_FILES):
+        for path in islice(files_in(folder, self.other_language.suffix, MOST_FOLDERS), MOST_FILES):
             try:
                 text = opened.get(str(path)) or read_text(path)
             except MachineError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from itertools import islice
@@ -13,14 +12,14 @@ from hsm.dsl.loading import ImportedMachines, check_tree
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.edited import EditedFile
 from hsm.dsl.syntax.parser import BlockParser
-from hsm.dsl.syntax.sources import SUFFIX, read_text
+from hsm.dsl.syntax.sources import SUFFIX, files_in, read_text
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 from hsm.model.values import dataclass
 
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
-MOST_FILES, _MOST_FOLDERS = 500, 2000
+MOST_FILES, MOST_FOLDERS = 500, 2000
 """How much of a folder is searched: an editor may have opened a file in the root of a disk."""
 
 
@@ -112,17 +111,10 @@ class Documents:
         for file in self:
             seen.add(str(Path(file).resolve()))
             yield self._open[file]
-        for path in islice(files_in(folder, SUFFIX), MOST_FILES):
+        for path in islice(files_in(folder, SUFFIX, MOST_FOLDERS), MOST_FILES):
             if str(path.resolve()) in seen:
                 continue
             try:
                 yield Document(read_text(path), str(path), self.library_of(str(path)))
             except MachineError:
                 continue
-
-
-def files_in(folder: Path, suffix: str) -> Iterator[Path]:
-    """The files of a folder and of those in it that end so, in order; hidden folders and links are skipped."""
-    for place, folders, files in islice(os.walk(folder), _MOST_FOLDERS):
-        folders[:] = sorted(one for one in folders if not one.startswith("."))
-        yield from (Path(place, one) for one in sorted(files) if one.endswith(suffix))

@@ -1,8 +1,11 @@
-"""The texts of machines' files."""
+"""The files of machines: which a folder has, and their texts."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 
 from hsm.model.codes import finding
@@ -12,6 +15,25 @@ SUFFIX = ".maze-machine"
 """The suffix of machine files."""
 
 _LARGEST = 2**25
+
+
+def files_in(folder: Path, suffix: str, most_folders: int | None = None) -> Iterator[Path]:
+    """The files with a suffix in a folder and below it, in the order of their names.
+
+    Hidden folders, virtual environments, ``node_modules`` and links to folders are left out.
+
+    Args:
+        folder: where to search.
+        suffix: what the names of the files end with.
+        most_folders: how many folders are searched; None for all.
+    """
+    for place, below, files in islice(os.walk(folder), most_folders):
+        below[:] = sorted(name for name in below if not _foreign(Path(place, name)))
+        yield from (Path(place, name) for name in sorted(files) if name.endswith(suffix))
+
+
+def _foreign(folder: Path) -> bool:
+    return folder.name.startswith(".") or folder.name == "node_modules" or (folder / "pyvenv.cfg").exists()
 
 
 def read_text(path: str | Path) -> str:

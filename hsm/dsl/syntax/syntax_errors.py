@@ -37,6 +37,7 @@ _NAMES = {
     "import": "the name of a machine",
 }
 _WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|[^ ]")
+_TARGET = re.compile(r"\s*[-=]>")
 _RUN = re.compile(r"[^ #]*")
 """What is written without a blank: a strange character in it is the mistake, wherever it is noticed."""
 _FOREIGN = {
@@ -65,9 +66,15 @@ _BEGINNINGS = {
     **dict.fromkeys(("elif", "elseif"), _FOREIGN["else"]),
     **dict.fromkeys(("while", "for"), _LOOP),
     **dict.fromkeys(("transition", "goto", "->"), _TRANSITION),
+    **dict.fromkeys(("wait", "sleep", "timeout"), "wait in a state that a time-out leaves: `after 3 s -> ...`"),
+    **dict.fromkeys(("pass", "..."), "a state may have no lines: leave this one out"),
+    "end": "the indentation ends a block; `final NAME` ends the run",
 }
 _OPERATORS = ("==", "!=", "<", "<=", ">", ">=", "+", "-", "*", "->", "=>")
 _TRANSITIONS = ("on", "when", "after")
+_ASSIGNMENTS = ("=", "+=", "-=", "*=")
+_UNIT = re.compile(r"[0-9] ?[A-Za-z]+/[A-Za-z]{1,3}$")
+"""A number whose unit has a slash."""
 
 
 def report_line(report: Report, token: Token, expected: Set[str], line: str) -> None:
@@ -95,8 +102,11 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     place = Place(report.file, number, column, number, column + max(1, len(word)))
     if word and not before.strip():
         hint = _FOREIGN.get(word) or _BEGINNINGS.get(word) or report.guess(word, STATEMENTS).text
-        if hint is None and line[match.end() if match else 0 :].startswith("("):
+        rest = line[match.end() if match else 0 :]
+        if hint is None and rest.startswith("("):
             hint = _DO
+        if hint is None and _TARGET.match(rest):
+            hint = f"a transition begins with its trigger: `on {word}` for an event, `when {word}` for a condition"
         _add(report, place, f"no line begins with `{word}`", hint, word)
         return
     last = before.split()[-1] if before.split() else ""
@@ -126,8 +136,10 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     first = before[0] if before else ""
     if first in _TRANSITIONS:
         return _hint_in_transition(first, text, word, expected)
-    if first in STATEMENTS and len(before) == 2 and word == "-":
-        return "a name cannot contain a hyphen: use an underscore"
+    if first in STATEMENTS and len(before) == 2 and (named := _hint_in_name(text, before[1], word, expected)):
+        return named
+    if word == ":" and first == "do":
+        return "give an argument by name with `=`: `drive(speed = 0.3 m/s)`"
     if word == ":" and first in ("state", "parallel"):
         return "a block needs no colon: indent its lines by four spaces"
     if word == "=" and first in ("var", "param") and len(before) == 2:
@@ -138,8 +150,6 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
         return "only a parameter can be `adjustable`: a variable belongs to the machine"
     if first in ("property", "assume") and text.endswith(":"):
         return f"a claim begins with `always`, `never` or `after`: `{text} always ...`"
-    if text == "final state":
-        return "`final NAME` already declares a state: leave out `state`"
     if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:
         return f"an activity needs parentheses: `do {before[-1]}()`"
     if first in ("entry", "exit") and len(before) == 1:
@@ -147,13 +157,36 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     return None
 
 
+def _hint_in_name(text: str, name: str, word: str, expected: Set[str]) -> str | None:
+    """A suggestion for a mistake after the first word that follows a statement's own."""
+    if text == "final state":
+        return "`final NAME` already declares a state: leave out `state`"
+    if text == "initial state":
+        return f"write the name alone: `initial {word}`"
+    if word == "-":
+        return "a name cannot contain a hyphen: use an underscore"
+    if word.isidentifier() and "_NL" in expected:
+        return f"a name is one word: `{name}_{word}`"
+    return None
+
+
 def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) -> str | None:
     """A suggestion for a mistake on a line that begins with ``on``, ``when`` or ``after``."""
+    if first == "on" and word == "or" and "->" not in text and " if " not in text:
+        return "separate events with a comma: `on done, blocked`; put extra conditions after `if`"
     if first == "on" and word in ("and", "or", "when"):
         return "put extra conditions after `if`"
+    if text in ("on timeout", "on time", "on after", "on timer"):
+        return "a time-out is a trigger of its own: `after 3 s -> ...`"
+    if text.endswith(("-> state", "=> state")):
+        return f"write the name of the state alone: `-> {word}`"
+    if word == ":":
+        return "leave out the colon"
     divides = text.endswith(" /") and word[:1].isdigit()
     if divides or (" / " in text and word in _OPERATORS):
         return "put a division in parentheses; a bare slash begins the actions"
+    if word in _ASSIGNMENTS and _UNIT.search(text):
+        return "write a space before the slash that begins the actions: here it belongs to a unit"
     if word == "=":
         return "compare with `==`"
     if word in ("<", "<=", ">", ">=", "==", "!="):

@@ -161,6 +161,9 @@ class _Loader:
         return model
 
     def _beside(self, name: str) -> Path:
+        if "://" in name.removeprefix("file://"):
+            hint = "save it as a file beside the chart"
+            raise MachineError([finding("E0902", None, f"`{name[:200]}` cannot be read: it is not a file", hint)])
         return Path(self.reader.file).parent / name.removeprefix("file:")
 
 
@@ -417,7 +420,7 @@ class _Reader:
                 self.find("E0905", reason, element.place, hint)
 
             if uses_data(top) or self.depth:
-                return DataModel(self.drafts[0].name, self.indices, refuse, _Loader(self))
+                return DataModel(self.drafts[0].name, DATA_MODELS[name], self.indices, refuse, _Loader(self))
         elif name != "null":
             known = ", ".join(("null", *DATA_MODELS))
             self.find("E0904", f"the data model `{name}` is not supported", top.place, f"those are: {known}")
@@ -465,7 +468,7 @@ class _Reader:
         for targets, place in several:
             for number, target in enumerate(targets):
                 for other in targets[:number]:
-                    around = next(one for one in topology.up(target) if one == other or topology.inside(other, one))
+                    around = next(one for one in topology.up(target) if other in model.states[one].subtree)
                     if model.states[around].kind is not StateKind.PARALLEL and place is not None:
                         pair = f"`{model.states[other].name}` and `{model.states[target].name}`"
                         self.find("E0911", f"{pair} cannot be active together", place)

@@ -6,6 +6,7 @@ namespaces are refused by the reader.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from difflib import get_close_matches
 
@@ -46,7 +47,7 @@ RULES: dict[str, Rule] = {
     # Transitions, handlers and activities of the whole chart are an extension: this project's own charts have them.
     "scxml": _rule(
         "initial name version datamodel binding",
-        (_STATES - {"history"}) | _HANDLERS | {"datamodel", "script", "initial", "transition", "invoke", "history"},
+        _STATES - {"history"} | _HANDLERS | {"datamodel", "script", "initial", "transition", "invoke"},
     ),
     "state": _rule("id initial", _STATES | _HANDLERS | {"transition", "initial", "datamodel", "invoke"}),
     "parallel": _rule("id", _STATES - {"final"} | _HANDLERS | {"transition", "datamodel", "invoke"}),
@@ -89,6 +90,7 @@ _VALUES = {
     ("scxml", "binding"): ("early", "late"),
     ("transition", "type"): ("internal", "external"),
     ("history", "type"): ("shallow", "deep"),
+    ("invoke", "autoforward"): ("true", "false"),
 }
 _REQUIRED = {
     "raise": ("event",),
@@ -99,6 +101,15 @@ _REQUIRED = {
     "assign": ("location",),
     "param": ("name",),
 }
+_VALUED = {"assign": ("expr",), "param": ("expr", "location")}
+"""Elements that need a value: in one of these attributes, or, where text is allowed, as text."""
+
+_ONCE = frozenset({"datamodel", "script", "donedata", "content", "finalize"})
+"""Elements of which another element has one at most; executable content may have several scripts."""
+
+_DESCRIPTOR = re.compile(r"\.?\*|[^\s.*,;]+(\.[^\s.*,;]+)*(\.\*?)?")
+"""An event descriptor (section 3.12.1): tokens separated by dots, `*` only at the end; `.*` is the same as `*`."""
+
 _OPAQUE = ("content", "data", "assign")
 """The contents of these elements are always data."""
 
@@ -125,8 +136,21 @@ def breaches(top: Element) -> Iterator[Diagnostic]:
                 close = get_close_matches(child.tag, sorted(rule.children), 1)
                 hint = f"did you mean `{close[0]}`?" if close else "leave it out"
                 yield finding("E0903", child.place, f"<{child.tag}> is not supported", hint)
+        yield from _repeated(element)
         yield from _branches(element)
         pending.extend(reversed(element.children))
+
+
+def _repeated(element: Element) -> Iterator[Diagnostic]:
+    """Children of which there may be one only, and those that exclude each other."""
+    found: set[str] = set()
+    for child in element.children:
+        if child.tag in found and child.tag in _ONCE and RULES[element.tag].children != _CONTENT:
+            yield finding("E0903", child.place, f"<{element.tag}> has a second <{child.tag}>", "keep one of them")
+        elif element.tag in ("send", "donedata") and {child.tag, *found} >= {"param", "content"}:
+            message = f"<{element.tag}> has <param> and <content>, which exclude each other"
+            yield finding("E0903", child.place, message, "keep one of them")
+        found.add(child.tag)
 
 
 def _branches(element: Element) -> Iterator[Diagnostic]:
@@ -152,16 +176,10 @@ def _attributes(element: Element, rule: Rule) -> Iterator[Diagnostic]:
         elif value not in _VALUES.get((element.tag, name), (value,)):
             known = " or ".join(f"`{one}`" for one in _VALUES[element.tag, name])
             yield finding("E0910", element.place, f"`{name}` of <{element.tag}> is {known}, not `{value}`")
-    delay = element.attributes.get("delay", "0") if element.tag == "send" else "0"
-    if delay.strip() and not is_delay(delay):
-        what = "a delay without a unit" if delay.strip().replace(".", "", 1).isdecimal() else "not a delay"
-        yield finding("E0910", element.place, f"`{delay}` is {what}", "write it as in `1.5s` or `200ms`")
+    yield from _values(element)
     for name in _REQUIRED.get(element.tag, ()):
         if name not in element.attributes:
             yield finding("E0909", element.place, f"<{element.tag}> needs `{name}`")
-    if element.tag in ("data", "assign") and "expr" in element.attributes and element.text.strip():
-        message = f"<{element.tag}> has `expr` and a value in it, which exclude each other"
-        yield finding("E0904", element.place, message, "keep one of them")
     for first, second in rule.exclusive:
         both = first in element.attributes and (
             second in element.attributes or any(child.tag == second for child in element.children)
@@ -169,3 +187,24 @@ def _attributes(element: Element, rule: Rule) -> Iterator[Diagnostic]:
         if both:
             message = f"<{element.tag}> has `{first}` and `{second}`, which exclude each other"
             yield finding("E0904", element.place, message, "keep one of them")
+    inner = rule.text and bool(element.text.strip() or element.children)
+    if element.tag in _OPAQUE and "expr" in element.attributes and inner:
+        message = f"<{element.tag}> has `expr` and a value in it, which exclude each other"
+        yield finding("E0904", element.place, message, "keep one of them")
+    wanted = _VALUED.get(element.tag)
+    if wanted and not inner and not any(name in element.attributes for name in wanted):
+        names = " or ".join(f"`{name}`" for name in wanted)
+        yield finding("E0909", element.place, f"<{element.tag}> needs {names}{' or a value in it' * rule.text}")
+
+
+def _values(element: Element) -> Iterator[Diagnostic]:
+    """Delays that are none, and events that are none."""
+    delay = element.attributes.get("delay", "0") if element.tag == "send" else "0"
+    if delay.strip() and not is_delay(delay):
+        what = "a delay without a unit" if delay.strip().replace(".", "", 1).isdecimal() else "not a delay"
+        yield finding("E0910", element.place, f"`{delay}` is {what}", "write it as in `1.5s` or `200ms`")
+    events = element.attributes.get("event", "").split() if element.tag == "transition" else ()
+    for name in events:
+        if not _DESCRIPTOR.fullmatch(name):
+            hint = "separate events by spaces, and write `*` only at the end, as in `door.*`"
+            yield finding("E0910", element.place, f"`{name}` is not an event descriptor", hint)

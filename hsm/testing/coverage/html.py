@@ -12,20 +12,15 @@ from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.heat import heat_map
 from hsm.testing.coverage.items import CoverageItem, ItemKind, share
 from hsm.testing.coverage.table import COLUMNS
+from hsm.testing.report_page import report_page
 
 _STYLE = """
-:root { color-scheme: light dark; --good: #2a7d4f22; --bad: #c0392b33; --part: #c8a02b33; --line: #8884; }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; }
-table { border-collapse: collapse; }
-th, td { padding: .2rem .8rem; text-align: right; border-bottom: 1px solid var(--line); }
+th, td { padding: .2rem .8rem; text-align: right; }
 th:first-child, td:first-child { text-align: left; }
 pre { margin: 0; font: 13px/1.45 ui-monospace, monospace; }
 .source { border: 1px solid var(--line); overflow-x: auto; margin: 1rem 0; }
 .source div { display: flex; }
 .source .number, .source .count { flex: none; width: 4rem; text-align: right; opacity: .6; padding-right: .8rem; }
-.good { background: var(--good); }
-.bad { background: var(--bad); }
-.part { background: var(--part); }
 .source .why { color: #c0392b; padding-left: 9.6rem; white-space: pre-wrap; font-size: 12px; }
 .map svg { max-width: 100%; height: auto; background: white; }
 .map, .map .state { display: flex; flex-wrap: wrap; gap: .5rem; align-items: flex-start; }
@@ -51,7 +46,7 @@ def html_pages(machines: Sequence[Measured]) -> dict[str, str]:
     ]
     heads = "".join(f"<th>{escape(kind.value)}</th>" for kind in COLUMNS)
     body = f"<h1>Coverage of machines</h1><table><tr><th>Machine</th>{heads}<th>Cover</th></tr>{''.join(rows)}</table>"
-    return pages | {INDEX: _page("Coverage of machines", body)}
+    return pages | {INDEX: report_page("Coverage of machines", _STYLE, body)}
 
 
 def _page_names(machines: Sequence[Measured]) -> list[str]:
@@ -80,7 +75,7 @@ def _machine_page(machine: Measured) -> str:
         if path.is_file():
             parts.append(f"<h2>{escape(file)}</h2>")
             parts.append(_source(path.read_text(encoding="utf-8"), [one for one in points if _in(one, file)]))
-    return _page(f"Coverage of {machine.model.name}", "".join(parts))
+    return report_page(f"Coverage of {machine.model.name}", _STYLE, "".join(parts))
 
 
 def _in(point: CoverageItem, file: str) -> bool:
@@ -115,10 +110,3 @@ def _source(text: str, points: Sequence[CoverageItem]) -> str:
         )
         rows.extend(f'<pre class="why">{escape(one.text)}</pre>' for one in missed)
     return f'<div class="source">{"".join(rows)}</div>'
-
-
-def _page(title: str, body: str) -> str:
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
-        f"<style>{_STYLE}</style><body>{body}</body></html>\n"
-    )

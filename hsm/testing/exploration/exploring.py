@@ -157,7 +157,7 @@ class AskingRegions:
 
     def of_state(self, state: int) -> int:
         """The region that a state lies in, by index; -1 for none."""
-        return next((one.index for one in self._regions if one.index <= state <= one.last), -1)
+        return next((one.index for one in self._regions if state in one.subtree), -1)
 
     def of_signal(self, name: str) -> int:
         """The only region that uses a signal; -1 for none or several."""

@@ -181,9 +181,9 @@ def surroundings(model: Model, state: int) -> frozenset[int]:
     outer = next((one for one in model.states if one.kind is StateKind.PARALLEL), None)
     regions = [model.states[child] for child in outer.children] if outer is not None else []
     everything = frozenset(range(len(model.states)))
-    if not any(one.index <= state <= one.last for one in regions):
+    if not any(state in one.subtree for one in regions):
         return everything
-    others = (range(one.index, one.last + 1) for one in regions if not one.index <= state <= one.last)
+    others = (one.subtree for one in regions if state not in one.subtree)
     return everything.difference(*others)
 
 

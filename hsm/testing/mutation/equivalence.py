@@ -28,9 +28,10 @@ from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.diagrams import FALSE, Diagram, TooMany
-from hsm.testing.proofs.graph import FREE, deciding, events_of
+from hsm.testing.proofs.graph import FREE, events_of
 from hsm.testing.proofs.places import ReachedPlaces, reached_places
 from hsm.testing.proofs.points import CarriedEvent, Part, Place, Point
+from hsm.testing.proofs.relevance import deciding
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import NoRun, Undecided
 from hsm.testing.scenarios.script import scripted_machine

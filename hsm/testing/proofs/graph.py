@@ -6,7 +6,7 @@ Zones (``zones``) decide later which of these are possible.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
 from itertools import product
 from time import process_time
@@ -14,10 +14,10 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Assign, Emit, Every, Held, Model, On, Raise, Send, When
-from hsm.model.expressions import Expression, Literal, VariableValue
+from hsm.model.chart import After, Always, Assign, Emit, Every, Held, Model, On, Send, When
+from hsm.model.expressions import Literal
 from hsm.model.properties import Property, conditions_of
-from hsm.model.rewriting import actions_of, expressions_of, parts_of
+from hsm.model.rewriting import actions_of, expressions_of
 from hsm.model.types import Type
 from hsm.model.values import dataclass
 from hsm.testing.proofs.assumed import Assumed, Memories, is_deadline
@@ -29,6 +29,7 @@ from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
 from hsm.testing.proofs.points import NEVER, FailingStep, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
+from hsm.testing.proofs.relevance import deciding, relevant
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
 from hsm.testing.proofs.values import Exact, NoRun, OneOf, Region, Symbols, Value
@@ -163,7 +164,7 @@ class Graph:
             self.symbols,
             types,
             names,
-            relevant=_relevant(model, asked),
+            relevant=relevant(model, asked),
             changing={one.variable for one in actions_of(model) if isinstance(one, Assign)},
             precision=precision,
         )
@@ -359,49 +360,3 @@ def _constants(model: Model) -> Iterator[tuple[str, Any]]:
     for name, value in (*((one.name, one.initial) for one in model.variables), *assigned):
         if isinstance(value, Literal):
             yield name, value.value
-
-
-def deciding(model: Model) -> Iterator[Expression]:
-    """The expressions that influence what a machine does next."""
-    for one in model.transitions:
-        match one.trigger:
-            case When(condition):
-                yield condition
-            case After(duration) | Every(duration):
-                yield duration
-            case Held(condition, duration):
-                yield condition
-                yield duration
-        if one.guard is not None:
-            yield one.guard
-
-
-def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
-    """The variables and parameters that some expressions depend on, by name, directly or indirectly."""
-    given: dict[str, list[Expression]] = {one.name: [one.initial] for one in model.variables}
-    for action in actions_of(model):
-        match action:
-            case Assign(variable, value):
-                given.setdefault(variable, []).append(value)
-            case Raise(event, _, arguments) | Send(event, arguments=arguments):
-                _give(given, model, [event], arguments)
-            case Emit(event, _, arguments, receivers):
-                _give(given, model, receivers, arguments)
-    found: set[str] = set()
-    pending = list(asked)
-    while pending:
-        for part in parts_of(pending.pop()):
-            if isinstance(part, VariableValue) and part.name not in found:
-                found.add(part.name)
-                pending += given.get(part.name, ())
-    return frozenset(found)
-
-
-def _give(
-    given: dict[str, list[Expression]], model: Model, events: Iterable[str], arguments: Sequence[Expression]
-) -> None:
-    """Note what some events carry, by the names under which transitions read it."""
-    for event in events:
-        declared = model.data_of(event)
-        for part, value in zip(() if declared is None else declared.fields, arguments, strict=False):
-            given.setdefault(f"{event}.{part.name}", []).append(value)

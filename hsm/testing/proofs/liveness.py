@@ -132,12 +132,12 @@ class Liveness:
         """All states that a transition to a target may enter, at least."""
         declared = self._states[target]
         top = declared.parent if declared.kind in HISTORY else target
-        yield from range(top, self._states[top].last + 1)
+        yield from self._states[top].subtree
         for state in self._topology.ancestors(top):
             parallel = self._states[state].kind is StateKind.PARALLEL
             if state == 0 or (self._topology.inside(source, state) and not parallel):
                 return
-            yield from range(state, self._states[state].last + 1) if parallel else (state,)
+            yield from self._states[state].subtree if parallel else (state,)
 
     def _find_uses(self, transitions: Sequence[Transition]) -> None:
         for one in transitions:
@@ -181,14 +181,11 @@ class Liveness:
 
     def _only_from_outside(self, history: int) -> bool:
         """Whether only transitions from outside the state around a history state lead to it."""
-        around = self._states[history].parent
+        around = self._states[self._states[history].parent]
         ways = (one for ways in self._ways.values() for one in ways if history in one.targets)
-        return not any(self._within(one.source, around) for one in ways) and not any(
+        return not any(one.source in around.subtree for one in ways) and not any(
             history in one.initial for one in self._states
         )
-
-    def _within(self, state: int, around: int) -> bool:
-        return around <= state <= self._states[around].last
 
     # What is dead.
 
@@ -254,7 +251,8 @@ class Liveness:
 
     def _anew(self, way: _Way, state: int, setting: frozenset[int]) -> bool:
         """Whether a transition that enters a state enters one of some others first."""
-        return any(self._within(state, one) and not self._within(way.source, one) for one in setting)
+        around = (self._states[one].subtree for one in setting)
+        return any(state in one and way.source not in one for one in around)
 
 
 def _read(expression: Expression) -> Iterator[str]:

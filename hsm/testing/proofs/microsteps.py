@@ -19,7 +19,7 @@ from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.event_data import EventSymbols, with_waiting
 from hsm.testing.proofs.points import CarriedEvent, Point, Queued, Remembered, Timer, Waiting
-from hsm.testing.proofs.values import DEAD, UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
+from hsm.testing.proofs.values import DEAD, Derived, Exact, OneOf, Truth, Undecided, Value
 from hsm.testing.proofs.zones import own_clock
 
 _SHORTEST = 0.6e-9
@@ -205,8 +205,8 @@ class Microsteps:
     def _held(self, value: Value, name: str, kind: Type) -> Diagram:
         """Where a variable can hold a value: floats are finite, whole numbers have 63 bits."""
         match value:
-            case Truth() if value == UNKNOWN:
-                return FALSE
+            case Truth(true, false):
+                return self._diagrams.either(true, false)
             case Exact(content):
                 return TRUE if content is None or within_limits(content, kind) else FALSE
             case Derived() if isinstance(kind, Quantity):

@@ -157,7 +157,7 @@ class Search:
         later = None
         limits: dict[frozenset[int], Zone | None] = {}
         if visit.zone is not None:
-            later = visit.zone.later_by(self.longest_tick)
+            later = visit.zone.later_by(self.longest_tick + self.rounding)
         for move in self._moves(visit.location, visit.memory).all:
             zone = None
             if later is not None:
@@ -217,7 +217,7 @@ class Search:
         for timer in edge.beats:
             due = before[timer.transition]
             known = due.least == due.most and timer.least == timer.most
-            if known and timer.transition in edge.due and self.longest_tick + self.rounding < timer.least:
+            if known and timer.transition in edge.due and self.longest_tick + 2 * self.rounding < timer.least:
                 zone = zone.back(timer.clock, due.least)
             else:
                 zone = zone.anywhere(timer.clock, -self.rounding, timer.most)

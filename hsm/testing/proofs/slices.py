@@ -9,7 +9,7 @@ Source: Clarke, Grumberg and Peled, "Model checking" (1999), chapter 13 (cone of
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import field, replace
 
 from hsm.model.chart import (
@@ -116,7 +116,7 @@ def _regions(model: Model) -> list[int]:
     """The outermost regions whose transitions stay within them."""
     found: list[int] = []
     for state in model.states:
-        if state.kind is StateKind.PARALLEL and not any(_within(model, state.index, one) for one in found):
+        if state.kind is StateKind.PARALLEL and not any(state.index in model.states[one].subtree for one in found):
             children = [one for one in state.children if model.states[one].kind not in HISTORY]
             found += [one for one in children if _closed_in(model, one)]
     return found
@@ -124,29 +124,26 @@ def _regions(model: Model) -> list[int]:
 
 def _closed_in(model: Model, region: int) -> bool:
     """Whether no transition of a region leads out of it or leaves it."""
+    inside = model.states[region].subtree
     if model.states[region].kind not in (StateKind.COMPOUND, StateKind.ATOMIC):
         return False
     for one in model.transitions:
-        if not _within(model, one.source, region):
+        if one.source not in inside:
             continue
-        if any(not region < target <= model.states[region].last for target in one.targets):
+        if any(target not in inside[1:] for target in one.targets):
             return False
         if one.source == region and one.targets and one.kind is not TransitionKind.LOCAL:
             return False
     return True
 
 
-def _within(model: Model, state: int, around: int) -> bool:
-    return around <= state <= model.states[around].last
-
-
 def _parts(model: Model, regions: Sequence[int]) -> Mapping[int, _Part]:
     """What each region reads and does; under -1 what is in no region, with the assumptions."""
 
     def part(state: int) -> _Part:
-        return found[next((one for one in regions if _within(model, state, one)), -1)]
+        return found[next((one for one in regions if state in model.states[one].subtree), -1)]
 
-    found = {one: _Part() for one in (-1, *regions)}
+    found = {-1: _Part(), **{one: _Part(reports={"fault"}) for one in regions}}  # any guard or action may fail
     for transition in model.transitions:
         own = part(transition.source)
         own.leads.update(transition.targets)
@@ -156,7 +153,7 @@ def _parts(model: Model, regions: Sequence[int]) -> Mapping[int, _Part]:
         own = part(state.index)
         _note_actions(own, (*state.entry, *state.exit, *state.initial_actions))
         if state.activity is not None:
-            own.reports.update((*state.activity.activity.outcomes, "fault"))
+            own.reports.update(state.activity.activity.outcomes)
         if state.kind is StateKind.FINAL:
             own.reports.update((state.own_name, "done"))
     for variable in model.variables:
@@ -225,7 +222,7 @@ def _depends(model: Model, parts: Mapping[int, _Part], part: int, region: int) -
     reading, doing = parts[part], parts[region]
     if _used(model, region, doing, reading):
         return True
-    if any(_within(model, one, region) for one in reading.leads) or _overlaps(reading.hears, doing.raises):
+    if any(one in model.states[region].subtree for one in reading.leads) or _overlaps(reading.hears, doing.raises):
         return True
     # Only what is around a region hears its outcomes, and loses an event that the region takes.
     return part == -1 and _overlaps(reading.hears, doing.reports | doing.hears)
@@ -233,7 +230,7 @@ def _depends(model: Model, parts: Mapping[int, _Part], part: int, region: int) -
 
 def _used(model: Model, region: int, doing: _Part, reading: _Part) -> bool:
     """Whether something reads a variable that a region sets, or asks for its states."""
-    inside = {model.states[one].name for one in range(region, model.states[region].last + 1)}
+    inside = {model.states[one].name for one in model.states[region].subtree}
     return not (reading.variables.isdisjoint(doing.assigns) and reading.active.isdisjoint(inside))
 
 
@@ -243,7 +240,7 @@ def _overlaps(heard: Collection[str], told: Collection[str]) -> bool:
 
 def _sliced(model: Model, regions: Iterable[int], kept: Collection[int]) -> Model:
     """The machine with all other regions resting in their initial states."""
-    resting = set(_inside(model, (one for one in regions if one not in kept)))
+    resting = {state for region in regions if region not in kept for state in model.states[region].subtree}
     states = (
         replace(one, transitions=(), entry=(), exit=(), initial_actions=(), activity=None)
         if one.index in resting
@@ -251,8 +248,3 @@ def _sliced(model: Model, regions: Iterable[int], kept: Collection[int]) -> Mode
         for one in model.states
     )
     return replace(model, states=tuple(states)) if resting else model
-
-
-def _inside(model: Model, regions: Iterable[int]) -> Iterator[int]:
-    for region in regions:
-        yield from range(region, model.states[region].last + 1)

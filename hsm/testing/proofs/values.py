@@ -53,19 +53,20 @@ class ConstantOperation:
 
     Attributes:
         operator: of the language.
-        constant: the other operand; None for an operation with one operand.
+        constant: the other operand; 1 and 1.0 give different results. None for an operation with one operand.
         left: whether the constant is the left operand.
     """
 
     operator: str
-    constant: Any = None
+    constant: Exact | None = None
     left: bool = False
 
     def apply(self, value: Any) -> Any:
         """The result, as the engine has it."""
         if self.constant is None:
             return UNARY[self.operator](value)
-        return BINARY[self.operator](*((self.constant, value) if self.left else (value, self.constant)))
+        other = self.constant.value
+        return BINARY[self.operator](*((other, value) if self.left else (value, other)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -405,9 +406,9 @@ class Arithmetic:
             case (Exact(None), _) | (_, Exact(None)):
                 return UNKNOWN
             case Derived(), Exact(constant) if self._follows(operator, constant, left=False):
-                return Derived(left.symbol, (*left.steps, ConstantOperation(operator, constant)))
+                return Derived(left.symbol, (*left.steps, ConstantOperation(operator, right)))
             case Exact(constant), Derived() if self._follows(operator, constant, left=True):
-                return Derived(right.symbol, (*right.steps, ConstantOperation(operator, constant, left=True)))
+                return Derived(right.symbol, (*right.steps, ConstantOperation(operator, left, left=True)))
         if operator == "/" and isinstance(right, Exact) and not right.value:
             return UNKNOWN
         if operator == "/" and not isinstance(right, Exact):

@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
+from hsm.testing.report_page import report_page
 from hsm.testing.requirements.matrix import Matrix, RequirementRow, Standing
 
 PAGE = "requirements.html"
 """The name of the page."""
 
 _STYLE = """
-:root { color-scheme: light dark; --good: #2a7d4f22; --bad: #c0392b33; --part: #c8a02b33; --line: #8884; }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; }
-table { border-collapse: collapse; }
-th, td { padding: .3rem .8rem; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line); }
+th, td { padding: .3rem .8rem; text-align: left; vertical-align: top; }
 ul { margin: 0; padding-left: 1.2rem; }
-.good { background: var(--good); }
-.bad { background: var(--bad); }
-.part { background: var(--part); }
 """
 
 _CLASSES = {
@@ -36,11 +31,11 @@ def html_page(matrix: Matrix) -> str:
     title = f"Requirements of {matrix.machine}"
     rest = (("Properties", matrix.properties), ("Scenarios", matrix.scenarios), ("States", matrix.states))
     left = "".join(f"<h3>{escape(head)}</h3>{_listed(names)}" for head, names in rest if names)
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{_STYLE}</style>'
-        f"<body><h1>{escape(title)}</h1><table><tr>{''.join(f'<th>{one}</th>' for one in heads)}</tr>{rows}</table>"
-        f"<h2>Without a requirement</h2>{left or '<p>Nothing.</p>'}</body></html>\n"
+    body = (
+        f"<h1>{escape(title)}</h1><table><tr>{''.join(f'<th>{one}</th>' for one in heads)}</tr>{rows}</table>"
+        f"<h2>Without a requirement</h2>{left or '<p>Nothing.</p>'}"
     )
+    return report_page(title, _STYLE, body)
 
 
 def _row(row: RequirementRow) -> str:

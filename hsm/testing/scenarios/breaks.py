@@ -1,13 +1,29 @@
-"""The line of a file as a place to stop at: the transitions that are written there."""
+"""Where a wait stops: a condition, or the line of a file, with the transitions that are written there."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from hsm.model.chart import Model
+from hsm.model.values import dataclass
+from hsm.testing.scenarios.driver import Driver
 
 _LINE = re.compile(r"line\s+(\d{1,7})|([^\s:]+):(\d{1,7})", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    """What stops a wait.
+
+    Attributes:
+        met: whether it is so after a step.
+        lasts: whether it may be so for several steps, of which the first one stops.
+    """
+
+    met: Callable[[Driver], bool]
+    lasts: bool
 
 
 def transitions_of_line(text: str, model: Model) -> frozenset[int] | None:

@@ -5,20 +5,32 @@ Nothing is guessed: each event, outcome and time-out is tried on a copy of the r
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice, product
 from typing import Any
 
 from hsm.engine.explanation import Considered, Verdict, by_transition
 from hsm.engine.occurrences import event_text
 from hsm.engine.snapshots import SnapshotError
-from hsm.model.chart import Defer, Held, Model, On, Timed, Transition
+from hsm.model.chart import Defer, Held, On, Timed, Transition
+from hsm.model.expressions import Binary, EventValue, Expression, Literal, Unary, VariableValue
 from hsm.model.faults import MachineFault
 from hsm.model.messages import Occurrence
 from hsm.model.registry import EventField
-from hsm.model.types import Boolean, Enumeration, Integer
-from hsm.model.unparse import expression_text, trigger_text
+from hsm.model.rewriting import parts_of
+from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type, si_value
+from hsm.model.unparse import expression_text, trigger_text, value_text
 from hsm.model.values import dataclass
 from hsm.testing.scenarios.driver import Driver
+
+MOST_DATA = 64
+"""How many values of what an event carries are tried at most."""
+ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+}  # fmt: skip
+NEAR = 0.1
+"""The distance of a value that is tried beside a number, as a share of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,38 +122,87 @@ def _lines(driver: Driver, transition: Transition, last: Considered | None) -> I
         yield f"after {driver.tick:.6g} s", (), {}, driver.tick
         return
     for name in trigger.names:
-        for event in _events(model, name):
+        for event in _events(driver, transition, name):
             yield f"when event {event}", (event,), {}, driver.tick
         for state, performed in driver.doing.items():
-            call = model.states[driver.machine.indices[state]].activity
-            if call is not None and name in call.activity.outcomes and _within(model, transition.source, state, driver):
+            index = driver.machine.indices[state]
+            call = model.states[index].activity
+            heard = index in model.states[transition.source].subtree
+            if heard and call is not None and name in call.activity.outcomes:
                 yield f"when {performed.name} reports {name}", (), {state: name}, driver.tick
 
 
-def _within(model: Model, source: int, state: str, driver: Driver) -> bool:
-    return source <= driver.machine.indices[state] <= max(model.states[source].last, source)
-
-
-def _events(model: Model, name: str) -> Iterator[str]:
-    """The declared events of a name, or of a pattern such as ``door.*``, with what they carry by default."""
+def _events(driver: Driver, transition: Transition, name: str) -> Iterator[str]:
+    """The declared events of a name, or of a pattern such as ``door.*``, with data that may make a guard hold."""
+    model = driver.machine.model
     declared = model.events or frozenset()
     names = sorted(one for one in declared if name.endswith("*") and one.startswith(name[:-1]))
     for one in names or ([name] if name in declared else []):
-        fields = model.data_of(one)
-        data = {} if fields is None else {part.name: _plain(part) for part in fields.fields}
-        yield event_text(model, Occurrence(one, data)) if data else one
+        data = model.data_of(one)
+        if data is None:
+            yield one
+            continue
+        compared = [list(_numbers(driver.variables, transition.guard, data.variable(part))) for part in data.fields]
+        tried = product(*map(_values, data.fields, compared))
+        for values in islice(tried, MOST_DATA):
+            carried = {part.name: value for part, value in zip(data.fields, values, strict=True)}
+            yield event_text(model, Occurrence(one, carried))
 
 
-def _plain(field: EventField) -> Any:
+def _numbers(variables: Mapping[str, Any], guard: Expression | None, name: str) -> Iterator[float]:
+    """The numbers that a guard compares a part of an event with, as far as no signal decides them."""
+    for comparison in () if guard is None else parts_of(guard):
+        match comparison:
+            case Binary("==" | "!=" | "<" | "<=" | ">" | ">="):
+                parts = list(parts_of(comparison))
+                if any(isinstance(one, EventValue) and one.name == name for one in parts):
+                    found = (_number(variables, one) for one in parts)
+                    yield from (one for one in found if one is not None)
+
+
+def _number(variables: Mapping[str, Any], part: Expression) -> float | None:
+    value: Any = None
+    match part:
+        case EventValue():
+            pass
+        case VariableValue(name):
+            value = variables.get(name)
+        case Literal(value):
+            pass
+        case Unary("-", operand):
+            number = _number(variables, operand)
+            value = None if number is None else -number
+        case Binary(sign, left, right) if sign in ARITHMETIC:
+            first, second = _number(variables, left), _number(variables, right)
+            if first is not None and second is not None and not (sign == "/" and second == 0):
+                value = ARITHMETIC[sign](first, second)
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _values(field: EventField, numbers: Sequence[float]) -> list[Any]:
+    """The values to try for a part of an event, the simplest first: each number, and one on either side of it."""
     match field.type:
         case Boolean():
-            return False
-        case Integer():
-            return 0
+            return [False, True]
         case Enumeration(members=members):
-            return field.enumeration(members[0]) if field.enumeration is not None else members[0]
-        case _:
-            return 0.0
+            return [one if field.enumeration is None else field.enumeration(one) for one in members]
+        case Integer():
+            whole = [round(one) + step for one in numbers for step in (0, 1, -1)]
+            return list(dict.fromkeys([0, *whole]))
+        case kind:
+            near = [float(f"{one + side:.6g}") for one in numbers for side in _margins(one)]
+            return list(dict.fromkeys([0.0, *(_written(one, kind) for one in (*numbers, *near))]))
+
+
+def _margins(number: float) -> tuple[float, float]:
+    margin = NEAR * abs(number) or 1.0
+    return margin, -margin
+
+
+def _written(value: float, kind: Type) -> float:
+    """The value after it was written to a line and read again."""
+    number, _, unit = value_text(value, kind).partition(" ")
+    return si_value(number, UNITS.get(unit))
 
 
 def _tried(driver: Driver, line: str, events: Sequence[str], reports: Mapping[str, str], wait: float) -> _Trial:

@@ -17,13 +17,14 @@ from hsm.model.registry import Library
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
 from hsm.model.values import dataclass
-from hsm.testing.scenarios.breaks import transitions_of_line
+from hsm.testing.scenarios.breaks import Break, transitions_of_line
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.prospects import Prospect, prospects
 from hsm.testing.scenarios.reading import parse_assignment, parse_expectation, parse_suite
 from hsm.testing.scenarios.running import await_claims, performed_text, unmet_claims
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.script import scripted_machine
+from hsm.testing.scenarios.watching import property_watch
 
 _LINES = ("given", "when", "after", "expect")
 """The words that begin the lines of a scenario."""
@@ -51,6 +52,7 @@ class Moment:
         taken: the transitions that were taken, with their lines.
         called: the actions that were called.
         raised: the events that the machine raised.
+        violated: the properties that did not hold in a step of it, with what they say.
         outcome: the final state that ended the run, or None.
     """
 
@@ -61,6 +63,7 @@ class Moment:
     taken: tuple[str, ...]
     called: tuple[str, ...]
     raised: tuple[str, ...]
+    violated: tuple[str, ...]
     outcome: str | None
 
 
@@ -71,6 +74,7 @@ class _Seen:
     taken: list[str] = field(default_factory=list)
     called: list[str] = field(default_factory=list)
     raised: list[str] = field(default_factory=list)
+    violated: dict[str, None] = field(default_factory=dict)
 
 
 class _Break(Exception):  # noqa: N818 - how a wait ends early
@@ -113,7 +117,8 @@ class Session:
         self._types: dict[str, Type] = {one.name: one.type for one in self._model.parameters}
         self._types.update((one.name, one.type) for one in self._model.variables)
         self.lines: list[str] = []
-        self._break: Callable[[Driver], bool] | None = None
+        self._break: Break | None = None
+        self._held = False  # whether the condition to stop at held after the last step
         self._seen = _Seen()
         self._watching = watch
         self._ends: list[float] = []  # when each line was done
@@ -131,6 +136,7 @@ class Session:
             tuple(seen.taken),
             tuple(seen.called),
             tuple(seen.raised),
+            tuple(seen.violated),
             driver.outcome,
         )
 
@@ -197,7 +203,7 @@ class Session:
         return self.do(f"after {rest:.10g} s") if rest > _SAME else self.moment
 
     def stop_when(self, condition: str | None) -> None:
-        """Stop waits when a condition holds.
+        """Stop waits where a condition comes to hold.
 
         Args:
             condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; or ``line 12`` for the
@@ -214,10 +220,12 @@ class Session:
         except ValueError as error:
             raise SessionError(str(error)) from None
         if there is not None:
-            self._break = lambda driver: any(one.index in there for one in driver.last.transitions)
+            taken = there
+            self._break = Break(lambda driver: any(one.index in taken for one in driver.last.transitions), lasts=False)
             return
         expected = self.condition(condition)
-        self._break = lambda driver: not unmet_claims(driver, expected.claims)
+        self._break = Break(lambda driver: not unmet_claims(driver, expected.claims), lasts=True)
+        self._held = self._break.met(self.driver)
 
     def condition(self, text: str) -> Expectation:
         """What an ``expect`` line says.
@@ -231,7 +239,7 @@ class Session:
             raise _unreadable(error) from None
 
     def why(self, state: str | None = None) -> list[str]:
-        """The verdicts about the transitions that the last step considered.
+        """The verdicts about the transitions that the last step considered, and about those of the active states.
 
         Args:
             state: only those of this state, by its own name or its full one.
@@ -246,10 +254,10 @@ class Session:
             if not full:
                 raise SessionError(f"there is no state `{state}`; the states: {', '.join(names)}")
         looked = [
-            one for one in self.driver.last.considered if state is None or states[one.transition.source].name in full
+            one for one in self.driver.last.verdicts if state is None or states[one.transition.source].name in full
         ]
         if not looked:
-            return ["the last step considered none of them: the state was not active, or no trigger occurred"]
+            return ["the state is not active, or it has no transitions"]
         return [
             f"line {one.transition.place.line if one.transition.place else '-'}: "
             f"{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"
@@ -305,6 +313,7 @@ class Session:
 
     def _started(self, given: Mapping[Any, Any] | None = None, parameters: Mapping[str, Any] | None = None) -> Driver:
         values = {**self._parameters, **(parameters or {})}
+        self._look = property_watch(self._model.properties)
         try:
             return Driver(self._machine, values, given, watch=self._watch)
         except (MachineFault, ValueError, TypeError) as error:
@@ -329,6 +338,7 @@ class Session:
             self.driver, self.lines, self._ends, self._break, self._seen = before
             raise
         self._break = before[3]
+        self._held = self._break is not None and self._break.lasts and self._break.met(self.driver)
 
     def _read(self, lines: Sequence[str]) -> Scenario:
         for line in lines:
@@ -368,7 +378,9 @@ class Session:
                 return text
             driver.perform(step)
         except _Break:
-            return f"after {driver.time - began:.10g} s"
+            waited = driver.time - began
+            whole = isinstance(step, Stimulus) and waited >= (step.after or 0.0) - _SAME
+            return text if whole else f"after {waited:.10g} s"
         except LookupError as error:
             raise SessionError(str(error.args[0])) from None
         except MachineFault as error:
@@ -380,9 +392,13 @@ class Session:
         self._seen.taken += [transition_text(self._model, one) for one in driver.last.transitions]
         self._seen.called += [one.name for one in driver.calls]
         self._seen.raised += driver.raised
+        texts = {one.name: one.text for one in self._model.properties}
+        self._seen.violated.update((f"{name}: {texts[name]}", None) for name in self._look(driver))
         self._watching(driver)
-        if self._break is not None and driver.time > 0 and self._break(driver):
-            raise _Break
+        if self._break is not None and driver.time > 0:
+            before, self._held = self._held, self._break.met(driver)
+            if self._held and not (before and self._break.lasts):
+                raise _Break
 
 
 def _word(line: str) -> str:

@@ -14,8 +14,7 @@ from hsm.interchange.scxml.datamodel.expressions import (
     DataError,
     Environment,
     Evaluate,
-    compile_expression,
-    truth,
+    Language,
 )
 from hsm.interchange.scxml.datamodel.tokens import LONGEST_EXPRESSION, InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.elements import Element
@@ -78,7 +77,6 @@ class BlockContext:
 
 
 Step = Callable[[BlockContext], None]
-_NOWHERE = Environment(Store(), (), {}, {})
 
 
 @dataclass(slots=True)
@@ -87,17 +85,19 @@ class Builder:
 
     Attributes:
         refuse: reports an element, its unsupported feature, and a suggestion.
+        language: of the expressions.
         prefix: of the identifiers that are made.
     """
 
     refuse: Callable[[Element, str, str], None]
+    language: type[Language]
     prefix: str = "send"
     _made: int = field(default=0)
 
     def expression(self, element: Element, text: str) -> Evaluate:
         """The function of an expression; an invalid expression fails when it is evaluated."""
         try:
-            return compile_expression(text)
+            return self.language.read(text)
         except UnsupportedError as error:
             self.refuse(element, f"`{text.strip()[:60]}` is not supported: {error}", "compute it from simpler data")
             reason = str(error)
@@ -160,19 +160,22 @@ class Builder:
         if not body:
             return lambda _: None
         try:
-            value = compile_expression(body)(_NOWHERE)
-        except (InvalidExpressionError, UnsupportedError, DataError):
+            value = self.language.literal(body)
+        except (InvalidExpressionError, UnsupportedError):
             value = " ".join(body.split())  # no literal: a text
         return lambda _: value
 
     def _assign(self, element: Element) -> Step:
         value = self.value(element)
-        location = _LOCATION.fullmatch(element.attributes.get("location", ""))
+        where = element.attributes.get("location", "")
+        location = _LOCATION.fullmatch(where)
+        if location is None and "[" in where:
+            self.refuse(element, f"the location `{where}` is not supported", "assign the whole list or object")
 
         def assign(session: BlockContext) -> None:
             new = session.evaluate(value)
             if location is None or location[1] in _SYSTEM or location[1] not in session.store.values:
-                raise DataError(f"`{element.attributes.get('location')}` cannot be assigned to")
+                raise DataError(f"`{where}` cannot be assigned to")
             name, path = location[1], location[2].split(".")[1:]
             session.set(name, _changed(session.store.values[name], path, new))
 
@@ -210,7 +213,7 @@ class Builder:
 
         def choose(session: BlockContext) -> None:
             for condition, block in steps:
-                if truth(self._tested(session, condition)):
+                if self.language.truth(self._tested(session, condition)):
                     for step in block:
                         step(session)
                     return

@@ -1,14 +1,14 @@
 """Data expressions: read into trees of functions, without any evaluation of foreign code.
 
-The subset is what ECMAScript and Python have in common, in both spellings: literals, lists and objects, arithmetic,
-comparison, logic, members of data, and a few functions. Nothing in it reaches an object of the program.
+What ECMAScript and Python have in common is read here: literals, lists and objects, arithmetic, members, calls of a few
+functions. Each language adds its own operators, and says what they mean. Nothing reaches an object of the program.
 """
 
 from __future__ import annotations
 
-import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, Lexeme, UnsupportedError, tokens_of
 from hsm.model.messages import Store
@@ -62,34 +62,253 @@ Source: W3C, State Chart XML (SCXML), section 6.2.5, which names the first and t
 
 _DEPTH = 60
 _LONGEST = 100_000
-_CONSTANTS = {"true": True, "false": False, "True": True, "False": False, "null": None, "None": None, "undefined": None}
-_WORDS = frozenset(
-    {"and", "or", "not", "is", "in", "instanceof", "typeof", "return", "var", "let", "const", "if", "else"}
-)
-_LEVELS: tuple[tuple[str, ...], ...] = (("||", "or"), ("&&", "and"))
-_CLASSES: dict[str, type | tuple[type, ...]] = {"Array": list, "Object": (list, dict)}
-_COMPARE = frozenset({"==", "!=", "===", "!==", "<", "<=", ">", ">="})
 
 
-def truth(value: Any) -> bool:
-    """Whether a value counts as true, by ECMAScript's rules: lists and objects do."""
-    if isinstance(value, float) and math.isnan(value):
-        return False
-    return isinstance(value, list | dict) or bool(value)
+class Language(ABC):
+    """A reader of expressions of one language: its grammar, and what its operators mean.
 
+    A reader reads one expression.
 
-def compile_expression(text: str) -> Evaluate:
-    """The function that evaluates an expression.
-
-    Raises:
-        InvalidExpressionError: it is none.
-        UnsupportedError: it is not in the subset.
+    Attributes:
+        beyond: the words and marks that mean something in the language and are not in the subset.
+        constants: the words for constants.
+        reserved: the words that cannot be names.
+        functions: the functions of the subset.
+        methods: the methods of the subset; the owner is the first argument.
     """
-    parser = _Parser(tokens_of(text))
-    made = parser.choice(0)
-    if parser.left:
-        raise InvalidExpressionError(f"`{parser.left[0].value}` is not allowed there")
-    return made
+
+    beyond: ClassVar[frozenset[str]]
+    constants: ClassVar[Mapping[str, Any]]
+    reserved: ClassVar[frozenset[str]]
+    functions: ClassVar[Mapping[str, Callable[..., Any]]]
+    methods: ClassVar[Mapping[str, Callable[..., Any]]]
+
+    def __init__(self, text: str) -> None:
+        self.left: list[Lexeme] = tokens_of(text, self.beyond)
+
+    @classmethod
+    def read(cls, text: str) -> Evaluate:
+        """The function that evaluates an expression.
+
+        Raises:
+            InvalidExpressionError: it is none.
+            UnsupportedError: it is not in the subset.
+        """
+        reader = cls(text)
+        made = reader.choice(0)
+        if reader.left:
+            raise reader.strange(reader.left[0])
+        return made
+
+    @classmethod
+    def literal(cls, text: str) -> Any:
+        """The value of a literal: a number, a text, a constant, or a list or object of those.
+
+        Raises:
+            InvalidExpressionError: it is not an expression.
+            UnsupportedError: it is another expression.
+        """
+        marks = [str(one.value) for one in tokens_of(text, cls.beyond) if one.kind == "mark"]
+        computed = [one for one in marks if one not in "[]{},:-"]
+        if computed:
+            raise UnsupportedError(f"`{computed[0]}`")
+        try:
+            return cls.read(text)(Environment(Store(), (), {}, {}))
+        except DataError as error:
+            raise UnsupportedError(str(error)) from None
+
+    @staticmethod
+    @abstractmethod
+    def truth(value: Any) -> bool:
+        """Whether a value counts as true."""
+
+    @staticmethod
+    @abstractmethod
+    def computed(operator: str, first: Any, second: Any) -> Any:
+        """The result of an operator of arithmetic.
+
+        Raises:
+            DataError: the values have none.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def number(value: Any) -> int | float:
+        """The number that arithmetic takes for a value.
+
+        Raises:
+            DataError: there is none.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def member(owner: Any, name: Any) -> Any:
+        """What an owner holds under a name or a number in brackets.
+
+        Raises:
+            DataError: it holds nothing there, and that is an error in the language.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def attribute(owner: Any, name: str) -> Any:
+        """What an owner holds under a name after a dot.
+
+        Raises:
+            DataError: it holds nothing there, and that is an error in the language.
+        """
+
+    @abstractmethod
+    def choice(self, depth: int) -> Evaluate:
+        """Read an expression, with its operators of choice, logic and comparison."""
+
+    @abstractmethod
+    def unary(self, depth: int) -> Evaluate:
+        """Read an operand of arithmetic, with the operators before it."""
+
+    def at(self, *words: str) -> bool:
+        """Whether one of some words or marks is next."""
+        return bool(self.left) and self.left[0].kind in ("mark", "name") and self.left[0].value in words
+
+    def take(self, *words: str) -> str | None:
+        """Read one of some words or marks, if it is next."""
+        return str(self.left.pop(0).value) if self.at(*words) else None
+
+    def expect(self, word: str) -> None:
+        """Read a word or mark that must be next."""
+        if not self.take(word):
+            raise InvalidExpressionError(f"`{word}` is missing")
+
+    def deeper(self, depth: int) -> int:
+        """One level further inside."""
+        if depth >= _DEPTH:
+            raise UnsupportedError(f"an expression nested more than {_DEPTH} deep")
+        return depth + 1
+
+    def strange(self, token: Lexeme) -> ValueError:
+        """The error of a token that is not allowed where it is."""
+        if token.value == "," and token.kind == "mark":
+            return UnsupportedError("`,` between expressions")
+        return InvalidExpressionError(f"`{token.value}` is not allowed there")
+
+    def sum(self, depth: int) -> Evaluate:
+        """Read a sum."""
+        return self._row(self._product, ("+", "-"), depth)
+
+    def _product(self, depth: int) -> Evaluate:
+        return self._row(self.unary, ("*", "/", "%", "//"), depth)
+
+    def _row(self, part: Callable[[int], Evaluate], operators: tuple[str, ...], depth: int) -> Evaluate:
+        first = part(depth)
+        while operator := self.take(*operators):
+            first = self._binary(operator, first, part(depth))
+        return first
+
+    def _binary(self, operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
+        compute = self.computed
+        return lambda env: finite(compute(operator, left(env), right(env)))
+
+    def postfix(self, depth: int) -> Evaluate:
+        """Read a value with what follows it: members, calls of methods."""
+        value = self._primary(depth)
+        while True:
+            if self.take("."):
+                if not self.left or self.left[0].kind != "name":
+                    raise InvalidExpressionError("a name is missing after `.`")
+                value = self._after_dot(value, str(self.left.pop(0).value), depth)
+            elif self.take("["):
+                value = self._in_brackets(value, depth)
+            elif self.at("("):
+                raise UnsupportedError("a call of something that is not a function of the subset")
+            else:
+                return value
+
+    def _after_dot(self, value: Evaluate, name: str, depth: int) -> Evaluate:
+        if not self.take("("):
+            read = self.attribute
+            return lambda env: read(value(env), name)
+        if name not in self.methods:
+            raise UnsupportedError(f"the method `{name}`")
+        arguments, method = self._arguments(depth, ")"), self.methods[name]
+        return lambda env: _guarded(method, value(env), *(one(env) for one in arguments))
+
+    def _in_brackets(self, value: Evaluate, depth: int) -> Evaluate:
+        key = self.choice(self.deeper(depth))
+        if self.at(":", ","):
+            raise UnsupportedError("a slice")
+        self.expect("]")
+        read = self.member
+        return lambda env: read(value(env), key(env))
+
+    def _arguments(self, depth: int, closing: str) -> list[Evaluate]:
+        found: list[Evaluate] = []
+        while not self.take(closing):
+            found.append(self.choice(self.deeper(depth)))
+            if self.at("="):
+                raise UnsupportedError("an argument with a name")
+            if not self.at(closing):
+                self.expect(",")
+        return found
+
+    def _primary(self, depth: int) -> Evaluate:
+        if not self.left:
+            raise InvalidExpressionError("it ends where a value is expected")
+        token = self.left.pop(0)
+        if token.kind in ("number", "text"):
+            return lambda _: token.value
+        if token.kind == "name":
+            return self.named(str(token.value), depth)
+        match token.value:
+            case "(":
+                if self.at(")"):
+                    raise UnsupportedError("`()`")
+                inner = self.choice(self.deeper(depth))
+                if self.at(","):
+                    raise UnsupportedError("`,` between expressions")
+                self.expect(")")
+                return inner
+            case "[":
+                parts = self._arguments(depth, "]")
+                return lambda env: [one(env) for one in parts]
+            case "{":
+                return self._object(depth)
+            case "/":
+                raise UnsupportedError("a regular expression")
+        raise InvalidExpressionError(f"`{token.value}` is not a value")
+
+    def _object(self, depth: int) -> Evaluate:
+        parts: dict[str, Evaluate] = {}
+        while not self.take("}"):
+            if not self.left:
+                raise InvalidExpressionError("a key is missing")
+            key = self.key(self.left.pop(0))
+            self.expect(":")
+            parts[key] = self.choice(self.deeper(depth))
+            if not self.at("}"):
+                self.expect(",")
+        return lambda env: {key: one(env) for key, one in parts.items()}
+
+    def key(self, token: Lexeme) -> str:
+        """The key of a pair in an object."""
+        if token.kind == "text":
+            return str(token.value)
+        raise UnsupportedError(f"the key `{token.value}`")
+
+    def named(self, name: str, depth: int) -> Evaluate:
+        """Read what begins with a name: a constant, a call of a function, or a piece of data."""
+        if name in self.constants:
+            return lambda _: self.constants[name]
+        if name in self.reserved:
+            raise InvalidExpressionError(f"`{name}` is not a value")
+        if not self.take("("):
+            return lambda env: _lookup(env, name)
+        arguments = self._arguments(depth, ")")
+        if name == "In" and len(arguments) == 1:
+            return lambda env: _in(env, arguments[0](env))
+        if name not in self.functions:
+            raise UnsupportedError(f"the function `{name}`")
+        function = self.functions[name]
+        return lambda env: finite(_guarded(function, *(one(env) for one in arguments)))
 
 
 def event_fields(store: Store) -> Any:
@@ -109,281 +328,29 @@ def event_fields(store: Store) -> Any:
     }
 
 
-@dataclass(slots=True)
-class _Parser:
-    left: list[Lexeme]
-
-    def _is(self, *words: str) -> bool:
-        return bool(self.left) and self.left[0].kind in ("mark", "name") and self.left[0].value in words
-
-    def _take(self, *words: str) -> bool:
-        if self._is(*words):
-            self.left.pop(0)
-            return True
-        return False
-
-    def _expect(self, word: str) -> None:
-        if not self._take(word):
-            raise InvalidExpressionError(f"`{word}` is missing")
-
-    def choice(self, depth: int) -> Evaluate:
-        if depth > _DEPTH:
-            raise UnsupportedError(f"an expression nested more than {_DEPTH} deep")
-        condition = self._junction(depth, 0)
-        if not self._take("?"):
-            return condition
-        then = self.choice(depth + 1)
-        self._expect(":")
-        other = self.choice(depth + 1)
-        return lambda env: then(env) if truth(condition(env)) else other(env)
-
-    def _junction(self, depth: int, level: int) -> Evaluate:
-        if level == len(_LEVELS):
-            return self._negation(depth)
-        first = self._junction(depth, level + 1)
-        while self._take(*_LEVELS[level]):
-            first = _joined(first, self._junction(depth, level + 1), conjunction=level == 1)
-        return first
-
-    def _negation(self, depth: int) -> Evaluate:
-        if self._take("not"):
-            operand = self._negation(depth + 1) if depth < _DEPTH else self.choice(depth + 1)
-            return lambda env: not truth(operand(env))
-        return self._comparison(depth)
-
-    def _comparison(self, depth: int) -> Evaluate:
-        first = self._sum(depth)
-        while self.left and (self.left[0].value in _COMPARE or self._is("is", "in", "instanceof")):
-            operator = str(self.left.pop(0).value)
-            if operator == "instanceof":
-                first = _instance(first, str(self.left.pop(0).value) if self.left else "")
-                continue
-            if operator == "is" and self._take("not"):
-                operator = "!="
-            first = _compared("==" if operator == "is" else operator, first, self._sum(depth))
-        return first
-
-    def _sum(self, depth: int) -> Evaluate:
-        first = self._product(depth)
-        while self._is("+", "-"):
-            first = _computed(str(self.left.pop(0).value), first, self._product(depth))
-        return first
-
-    def _product(self, depth: int) -> Evaluate:
-        first = self._unary(depth)
-        while self._is("*", "/", "%"):
-            first = _computed(str(self.left.pop(0).value), first, self._unary(depth))
-        return first
-
-    def _unary(self, depth: int) -> Evaluate:
-        if depth > _DEPTH:
-            raise UnsupportedError(f"an expression nested more than {_DEPTH} deep")
-        if self._take("!"):
-            operand = self._unary(depth + 1)
-            return lambda env: not truth(operand(env))
-        if self._take("-"):
-            operand = self._unary(depth + 1)
-            return lambda env: -_number(operand(env))
-        if self._take("+"):
-            operand = self._unary(depth + 1)
-            return lambda env: _number(operand(env))
-        if self._take("typeof"):
-            return _typeof(self._unary(depth + 1))
-        return self._postfix(depth)
-
-    def _postfix(self, depth: int) -> Evaluate:
-        value = self._primary(depth)
-        while True:
-            if self._take("."):
-                if not self.left or self.left[0].kind != "name":
-                    raise InvalidExpressionError("a name is missing after `.`")
-                name = str(self.left.pop(0).value)
-                value = self._method(value, name, depth) if self._take("(") else _member(value, _constant(name))
-            elif self._take("["):
-                key = self.choice(depth + 1)
-                self._expect("]")
-                value = _member(value, key)
-            elif self._is("("):
-                raise UnsupportedError("a call of something that is not a function of the subset")
-            else:
-                return value
-
-    def _arguments(self, depth: int, closing: str) -> list[Evaluate]:
-        found: list[Evaluate] = []
-        while not self._take(closing):
-            found.append(self.choice(depth + 1))
-            if not self._is(closing):
-                self._expect(",")
-        return found
-
-    def _method(self, value: Evaluate, name: str, depth: int) -> Evaluate:
-        if name not in _METHODS:
-            raise UnsupportedError(f"the method `{name}`")
-        arguments, method = self._arguments(depth, ")"), _METHODS[name]
-        return lambda env: _guarded(method, value(env), *(one(env) for one in arguments))
-
-    def _primary(self, depth: int) -> Evaluate:
-        if not self.left:
-            raise InvalidExpressionError("it ends where a value is expected")
-        token = self.left.pop(0)
-        if token.kind in ("number", "text"):
-            return lambda _: token.value
-        if token.kind == "name":
-            return self._named(str(token.value), depth)
-        match token.value:
-            case "(":
-                inner = self.choice(depth + 1)
-                self._expect(")")
-                return inner
-            case "[":
-                parts = self._arguments(depth, "]")
-                return lambda env: [one(env) for one in parts]
-            case "{":
-                return self._object(depth)
-        raise InvalidExpressionError(f"`{token.value}` is not a value")
-
-    def _object(self, depth: int) -> Evaluate:
-        parts: dict[str, Evaluate] = {}
-        while not self._take("}"):
-            if not self.left or self.left[0].kind not in ("name", "text"):
-                raise InvalidExpressionError("a key is missing")
-            key = str(self.left.pop(0).value)
-            self._expect(":")
-            parts[key] = self.choice(depth + 1)
-            if not self._is("}"):
-                self._expect(",")
-        return lambda env: {key: one(env) for key, one in parts.items()}
-
-    def _named(self, name: str, depth: int) -> Evaluate:
-        if name in _CONSTANTS:
-            return lambda _: _CONSTANTS[name]
-        if name == "Math":
-            self._expect(".")
-            name = f"Math.{self.left.pop(0).value}" if self.left else name
-        if name in _WORDS:
-            raise InvalidExpressionError(f"`{name}` is not a value")
-        if not self._take("("):
-            return lambda env: _lookup(env, name)
-        arguments = self._arguments(depth, ")")
-        if name == "In" and len(arguments) == 1:
-            return lambda env: _in(env, arguments[0](env))
-        if name not in _FUNCTIONS:
-            raise UnsupportedError(f"the function `{name}`")
-        function = _FUNCTIONS[name]
-        return lambda env: _guarded(function, *(one(env) for one in arguments))
+def same_text(first: str, second: str) -> bool:
+    """Whether two texts are equal, or both name the SCXML event processor."""
+    return first == second or (first in PROCESSORS and second in PROCESSORS)
 
 
-def _constant(value: Any) -> Evaluate:
-    return lambda _: value
+def finite(value: Any) -> Any:
+    """A result.
 
-
-def _joined(left: Evaluate, right: Evaluate, *, conjunction: bool) -> Evaluate:
-    def both(env: Environment) -> Any:
-        first = left(env)
-        return right(env) if truth(first) is conjunction else first
-
-    return both
-
-
-def _compared(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
-    def compare(env: Environment) -> bool:
-        first, second = left(env), right(env)
-        if operator in ("==", "==="):
-            return _alike(first, second)
-        if operator in ("!=", "!=="):
-            return not _alike(first, second)
-        if operator == "in":
-            if not isinstance(second, dict | list | str):
-                raise DataError(f"nothing is in {second!r:.40}")
-            return first in second
-        if not (isinstance(first, str) and isinstance(second, str)):
-            first, second = _number(first), _number(second)
-        return bool({"<": first < second, "<=": first <= second, ">": first > second, ">=": first >= second}[operator])
-
-    return compare
-
-
-def _instance(operand: Evaluate, name: str) -> Evaluate:
-    """Whether a value is a list (``Array``), or a list or an object (``Object``)."""
-    if name not in _CLASSES:
-        raise UnsupportedError(f"`instanceof {name}`")
-    return lambda env: isinstance(operand(env), _CLASSES[name])
-
-
-def _alike(first: Any, second: Any) -> bool:
-    if isinstance(first, bool) != isinstance(second, bool):
-        return False
-    return bool(first == second) or (first in PROCESSORS and second in PROCESSORS)
-
-
-def _computed(operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
-    def compute(env: Environment) -> Any:
-        first, second = left(env), right(env)
-        if operator == "+" and isinstance(first, list) and isinstance(second, list):
-            return _bounded(first + second)
-        if operator == "+" and (isinstance(first, str) or isinstance(second, str)):
-            return _bounded(_text(first) + _text(second))
-        one, other = _number(first), _number(second)
-        try:
-            value = {"+": lambda: one + other, "-": lambda: one - other, "*": lambda: one * other}.get(
-                operator, lambda: one / other if operator == "/" else one % other
-            )()
-        except (ZeroDivisionError, OverflowError) as error:
-            raise DataError(str(error)) from None
-        if isinstance(value, int) and abs(value) > 2**63:
-            raise DataError("a whole number has grown beyond 63 bits")
-        return value
-
-    return compute
-
-
-def _bounded(value: Any) -> Any:
-    if len(value) > _LONGEST:
+    Raises:
+        DataError: it is a number without a finite value, a whole number beyond 63 bits, or too large.
+    """
+    if isinstance(value, float) and not -float("inf") < value < float("inf"):
+        raise DataError("the number is not finite")
+    if isinstance(value, int) and abs(value) > 2**63:
+        raise DataError("a whole number has grown beyond 63 bits")
+    if isinstance(value, str | list) and len(value) > _LONGEST:
         raise DataError("the value has grown too large")
     return value
 
 
-def _number(value: Any) -> int | float:
-    if isinstance(value, int | float):
-        return value
-    raise DataError(f"{value!r:.40} is not a number")
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str | int | float):
-        return str(value)
-    if isinstance(value, list):
-        return ",".join(map(_text, value))
-    raise DataError(f"{value!r:.40} is not text")
-
-
-def _typeof(operand: Evaluate) -> Evaluate:
-    names = {bool: "boolean", int: "number", float: "number", str: "string", list: "object", dict: "object"}
-
-    def kind(env: Environment) -> str:
-        try:
-            return names.get(type(operand(env)), "undefined")
-        except DataError:
-            return "undefined"
-
-    return kind
-
-
-def _member(value: Evaluate, key: Evaluate) -> Evaluate:
-    def read(env: Environment) -> Any:
-        owner, name = value(env), key(env)
-        if isinstance(owner, dict):
-            return owner.get(name)
-        if isinstance(owner, list | str):
-            if name == "length":
-                return len(owner)
-            if isinstance(name, int) and not isinstance(name, bool):
-                return owner[name] if 0 <= name < len(owner) else None
-        raise DataError(f"{owner!r:.40} has no `{name}`")
-
-    return read
+def undeclared(env: Environment, name: str) -> bool:
+    """Whether a name is neither data nor a constant of the chart."""
+    return name not in env.store.values and name not in env.system and name != "_event"
 
 
 def _lookup(env: Environment, name: str) -> Any:
@@ -400,7 +367,7 @@ def _lookup(env: Environment, name: str) -> Any:
 
 
 def _in(env: Environment, state: Any) -> bool:
-    if state not in env.states:
+    if not isinstance(state, str) or state not in env.states:
         raise DataError(f"there is no state `{state}`")
     return env.states[state] in env.active
 
@@ -412,41 +379,22 @@ def _guarded(function: Callable[..., Any], *arguments: Any) -> Any:
         raise DataError(str(error)) from None
 
 
-def _concat(owner: list[Any], *others: Any) -> list[Any]:
-    if not isinstance(owner, list):
-        raise TypeError("only lists are joined")
-    return owner + [one for other in others for one in (other if isinstance(other, list) else [other])]
+def joined(truth: Callable[[Any], bool], left: Evaluate, right: Evaluate, *, conjunction: bool) -> Evaluate:
+    """Both or one of two values: the second is evaluated only where the first does not decide."""
+
+    def both(env: Environment) -> Any:
+        first = left(env)
+        return right(env) if truth(first) is conjunction else first
+
+    return both
 
 
-def _owner(value: Any, kind: type) -> Any:
-    if not isinstance(value, kind):
+def owned(value: Any, *kinds: type) -> Any:
+    """A value of one of some types.
+
+    Raises:
+        TypeError: it is another.
+    """
+    if not isinstance(value, kinds):
         raise TypeError(f"{value!r:.40} has no such method")
     return value
-
-
-_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "hasattr": lambda owner, name: name in _owner(owner, dict),
-    "len": len,
-    "str": _text,
-    "String": _text,
-    "int": lambda value: int(_number(value)),
-    "Number": _number,
-    "abs": lambda value: abs(_number(value)),
-    "Math.abs": lambda value: abs(_number(value)),
-    "Math.floor": lambda value: math.floor(_number(value)),
-    **dict.fromkeys(("min", "Math.min"), lambda *values: min(map(_number, values))),
-    **dict.fromkeys(("max", "Math.max"), lambda *values: max(map(_number, values))),
-    "bool": truth,
-    "Boolean": truth,
-}
-_METHODS: dict[str, Callable[..., Any]] = {
-    "get": lambda owner, name, default=None: _owner(owner, dict).get(name, default),
-    "hasOwnProperty": lambda owner, name: name in _owner(owner, dict),
-    "startswith": lambda owner, text: _owner(owner, str).startswith(text),
-    "startsWith": lambda owner, text: _owner(owner, str).startswith(text),
-    "endsWith": lambda owner, text: _owner(owner, str).endswith(text),
-    "endswith": lambda owner, text: _owner(owner, str).endswith(text),
-    "indexOf": lambda owner, part: _owner(owner, str | list).index(part) if part in owner else -1,  # type: ignore[arg-type]
-    "concat": _concat,
-    "toString": _text,
-}

@@ -7,7 +7,9 @@ from dataclasses import field, replace
 from typing import Any, Protocol
 
 from hsm.interchange.scxml.datamodel.content import BlockContext, Builder, Step, run_block
-from hsm.interchange.scxml.datamodel.expressions import PROCESSORS, DataError, Environment, Evaluate, truth
+from hsm.interchange.scxml.datamodel.ecmascript import EcmaScriptLanguage
+from hsm.interchange.scxml.datamodel.expressions import PROCESSORS, DataError, Environment, Evaluate, Language
+from hsm.interchange.scxml.datamodel.python import PythonLanguage
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Execute, Invoke, Invoked, Model
 from hsm.model.expressions import Computed
@@ -16,8 +18,8 @@ from hsm.model.registry import SignalDeclaration
 from hsm.model.types import BOOLEAN
 from hsm.model.values import dataclass
 
-DATA_MODELS = ("ecmascript", "python")
-"""The names of data models with this subset."""
+DATA_MODELS: dict[str, type[Language]] = {"ecmascript": EcmaScriptLanguage, "python": PythonLanguage}
+"""The data models, by name, with the language of their expressions."""
 
 CHARTS = ("scxml", "http://www.w3.org/TR/scxml", "http://www.w3.org/TR/scxml/")
 """The types of what can be invoked."""
@@ -61,12 +63,14 @@ class DataModel:
 
     Attributes:
         name: of the chart.
+        language: of its expressions.
         states: the index of each state, by name.
         refuse: reports an element, its unsupported feature, and a suggestion.
         load: reads the files that the chart names.
     """
 
     name: str
+    language: type[Language]
     states: Mapping[str, int]
     refuse: Callable[[Element, str, str], None]
     load: Load
@@ -85,12 +89,12 @@ class DataModel:
             "_ioprocessors": {PROCESSORS[0]: location, PROCESSORS[-1]: location},
             "_x": {},
         }
-        self._builder = Builder(self.refuse)
+        self._builder = Builder(self.refuse, self.language)
 
     def guard(self, element: Element) -> Computed:
         """The condition of a transition."""
         text = element.attributes["cond"].strip()
-        condition = self._builder.expression(element, text)
+        condition, truth = self._builder.expression(element, text), self.language.truth
 
         def compute(memo: Mapping[Any, Any], active: Collection[int]) -> bool:
             return truth(condition(Environment(memo[STORE], active, self.states, self.system)))

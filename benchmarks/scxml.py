@@ -99,7 +99,7 @@ def by_hand() -> tuple[Step, Callable[[], str]]:
 
 
 def seconds(step: Step, events: Sequence[str], budget: float) -> float:
-    """Processor time of a step, measured over about so much of it, s."""
+    """Processor time of a step, measured over about the given time, s."""
     turns = 64
     while True:
         given = [*events] * turns

@@ -229,7 +229,7 @@ class TestWhatARecordingNames:
         recording = read_recording(recorded[0])
         gone, texts = (
             str(tmp_path / "gone.maze-machine"),
-            {"gone.maze-machine": "machine kept\nstart -> only\nstate only\n"},
+            {"gone.maze-machine": "machine kept\n\ninitial only\n\nstate only\n"},
         )
         said = {**recording.run, "machine": gone, "parameters": "{}"}
         kept = replace(recording, run={**said, "sources": json.dumps(texts)})

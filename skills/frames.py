@@ -15,8 +15,8 @@ from transport.messages import Pose, wrap_angle
 class Frame:
     """A frame fixed in the odometry frame, usually where a skill began.
 
-    The homogeneous matrix that takes odometry coordinates to this frame is, for an origin ``(x0, y0)`` and a heading
-    ``a``, ``[[cos a, sin a, -x0 cos a - y0 sin a], [-sin a, cos a, x0 sin a - y0 cos a], [0, 0, 1]]``.
+    A homogeneous matrix takes odometry coordinates to this frame. For an origin ``(x0, y0)`` and a heading ``a`` it is
+    ``[[cos a, sin a, -x0 cos a - y0 sin a], [-sin a, cos a, x0 sin a - y0 cos a], [0, 0, 1]]``.
     """
 
     origin: Pose

@@ -118,8 +118,8 @@ class CollisionGuard:
     def _margin(self, points: Points) -> tuple[float, float]:
         """The distance of the nearest point from the outline, and the distance to keep, m.
 
-        There is a margin for the passage between what is at the left and at the right, up to a little ahead, and one
-        between the nearest point and what is opposite to it, however the robot stands still. The smaller one counts.
+        One margin is for the passage between the left and the right, up to a little ahead. Another one is between the
+        nearest point and what is opposite to it, at any heading of the robot. The smaller one counts.
         """
         now, ahead, across = looked_round(points, self._outline.box, self._beside)
         return now, min(self._margin_for(ahead - 2 * self._beside[2]), self._margin_for(across))

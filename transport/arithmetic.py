@@ -1,11 +1,16 @@
 """Arithmetic whose last bit depends neither on the processor nor on the interpreter.
 
-A run's trace is the same byte for byte wherever it is made, so code that decides must not use functions whose
-instructions depend on the processor: BLAS and LAPACK (``@``, ``np.dot``, ``np.linalg``), the C library's functions
-(glibc's sine rounds otherwise where the processor multiplies and adds at once, in some 7 of 10,000 cases), numpy's
-vectorised ones, its normal draws, a sort that may swap equals. Nor by what Python versions round differently: ``sum``
-of floats, ``math.hypot``, ``math.dist``. The four operations and the square root are rounded correctly everywhere (IEEE
-754); here the functions of a robot's geometry are made of them.
+A run's trace is the same byte for byte wherever it is made. So code that decides must not use functions whose
+instructions depend on the processor:
+
+- BLAS and LAPACK (``@``, ``np.dot``, ``np.linalg``);
+- the C library's functions: in some 7 of 10,000 cases glibc's sine rounds otherwise where the processor multiplies and
+  adds at once;
+- numpy's vectorised functions, its normal draws, and a sort that may swap equals.
+
+It must not use what Python versions round differently either: ``sum`` of floats, ``math.hypot``, ``math.dist``. The
+four operations and the square root are rounded correctly everywhere (IEEE 754); here the functions of a robot's
+geometry are made of them.
 
 Their reductions and polynomials are those of FreeBSD's msun (Sun Microsystems 1993, "fdlibm"), right to about one
 unit in the last place.

@@ -3,8 +3,8 @@
 A value that was encoded and decoded again has equal bits: what a ROS 2 message narrows (single precision ranges, the
 quaternion of a heading), the values in :mod:`transport.messages` have narrowed already.
 
-rosbags knows every message. The four that make up a tick are laid out here once more as this project sends them, with
-frame names of its own, because through rosbags they take half as long again as the network does; with other frame names
+rosbags knows every message. The four that make up a tick have a layout of their own here, with the frame names that
+this project sends, because through rosbags they take half as long again as the network does. With other frame names
 they are read by rosbags. The tests hold these layouts against rosbags and against a third codec.
 
 Sources: OMG DDSI-RTPS 2.5, section 10 (CDR encapsulation); the message definitions of ROS 2 Humble.

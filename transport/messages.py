@@ -1,8 +1,8 @@
 """The messages between a robot and its controller.
 
-Plain frozen values in SI units, shaped after the ROS 2 messages that carry them over a network. Where such a message is
-narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` has a quaternion),
-the value here is as narrow, so that a run in one process and a run over the network see the same bits.
+Plain frozen values in SI units, shaped after the ROS 2 messages that carry them over a network. Some of these messages
+are narrower than a Python float: ``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` has a
+quaternion. The values here are as narrow, so that a run in one process and a run over the network see the same bits.
 
 Frames: x forward, y left, angles counter-clockwise from x, in radians.
 """

@@ -49,6 +49,11 @@ class CompiledChart:
             found = self._configurations[leaves] = Configuration(self.topology, self.generator, self._trees, leaves)
         return found
 
+    def warm_up(self) -> None:
+        """Make what picks transitions in the initial configuration, which the first step of a run would wait for."""
+        initial = self.planner.start().target
+        _ = initial.always, initial.after, initial.when
+
     def invoked(self, model: Model) -> CompiledChart:
         """A chart that this one invokes, compiled once."""
         found = self._invoked.get(id(model))

@@ -124,9 +124,10 @@ class Leaf:
         rest: makes the rest of a look that was cut.
         go: the rest of a look that was cut, or else the next look for conditions; None where the step is over.
         found: the leaf as what is found, where it carries no values.
+        events: the next look for each event that has one.
     """
 
-    __slots__ = ("_events", "_visits", "after", "found", "go", "grower", "grown", "known", "looked", "move", "rest")
+    __slots__ = ("_visits", "after", "events", "found", "go", "grower", "grown", "known", "looked", "move", "rest")
 
     def __init__(
         self,
@@ -149,7 +150,7 @@ class Leaf:
         self.rest = rest
         self.found: Found = (self,)
         self.go: Look | None = self.advance
-        self._events: dict[OutsideInput, Look] = {}
+        self.events: dict[OutsideInput, Look] = {}
 
     @property
     def plans(self) -> Iterator[Plan]:
@@ -162,14 +163,12 @@ class Leaf:
         return go(facts, values, found)
 
     def event(self, event: OutsideInput) -> Look:
-        """The next look for an event.
+        """The next look for an event that ``events`` has none for.
 
         Raises:
             SlowPath: there is none yet.
         """
-        look = self._events.get(event)
-        if look is None:
-            look = self._events[event] = self.grow(event)
+        look = self.events[event] = self.grow(event)
         return look
 
     def grow(self, event: OutsideInput | None) -> Look:

@@ -165,7 +165,8 @@ class Supervisor(Generic[F, E]):
                 if events.__class__ is not list and events.__class__ is not tuple:
                     raise SlowPath
                 for event in events:
-                    found = leaf.event(event)(facts, values, found)
+                    look = leaf.events.get(event)
+                    found = (leaf.event(event) if look is None else look)(facts, values, found)
                     leaf = found[0]
                     while leaf.rest is not None:
                         found = leaf.advance(facts, values, found)

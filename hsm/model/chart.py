@@ -49,8 +49,9 @@ class TransitionKind(Enum):
 class On:
     """Fires on any of these events.
 
-    A name matches an event sent from outside or raised by a machine, an outcome reported by the activity of the
-    transition's source or of a state inside it, or the completion of the source (``done``, or the final state's name).
+    A name matches an event from outside or one that a machine raises. It also matches an outcome of the activity of the
+    transition's source, or of a state inside it, and the completion of the source: ``done``, or the name of the final
+    state.
 
     Attributes:
         names: event names; ``*`` is any event from outside or raised. With ``prefix`` an event also matches by its

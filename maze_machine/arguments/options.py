@@ -166,8 +166,8 @@ TellOption = Annotated[
     typer.Option(
         "--tell",
         metavar="ROBOT@ENDPOINT",
-        help="Forward the events that the machine sends to the machine of another robot, "
-        "whose run has that `--open`; may be repeated.",
+        help="Forward the events that the machine sends to the machine of another robot. ENDPOINT is the `--open` of "
+        "that robot's run; may be repeated.",
     ),
 ]
 EventAtOption = Annotated[

@@ -82,7 +82,9 @@ def replay(
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     if machine is None and Path(recorded.run.get("machine", "")).suffix:
-        print(f"the recording's machine is {recorded.run['machine'][:200]!r}", file=sys.stderr)
+        here = Path(recorded.run["machine"]).is_file() or "sources" not in recorded.run
+        gone = "" if here else "; that file is not here: the recorded text is used"
+        print(f"the recording's machine is {recorded.run['machine'][:200]!r}{gone}", file=sys.stderr)
     mission = recorded_mission(recorded, machine, profile if asked else None, library)
     check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
     losses: list[str] = []

@@ -138,6 +138,8 @@ def show(
     from maze_machine.campaign.results import records_in
     from maze_machine.campaign.summary import failures, summary
 
+    if file.exists() and not file.is_file():
+        raise FileError(f"{file} is not a regular file", "give the results that a sweep has written")
     with file.open("rb") as opened:
         has_columns = opened.read(4) == b"PAR1"
     if has_columns:

@@ -55,7 +55,7 @@ def test(
     require: Annotated[
         RequiredVerdict | None,
         typer.Option(
-            help=("Fail if a property is not proved, or (`bounded`) not at least free of violations to a depth.")
+            help="The verdict that every property must reach: `proved`, or `bounded` (no violation to a depth)."
         ),
     ] = None,
     longest_tick: Annotated[

@@ -63,6 +63,7 @@ def ticks(
     supervisor: Supervisor[Facts, Command] | None = None
     trust = Trust(settings)
     hears = machine.model.events
+    machine.warm_up()
     for index in count():
         began = perf_counter()
         seeing = not trust.reason

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -143,12 +144,13 @@ def recorded_mission(
 
     Args:
         recording: the run.
-        machine: another machine to use instead, with its default parameters; None for the same one.
+        machine: another machine to use instead, with its default parameters; None for the same one, of which the
+            recorded text is used where its file does not exist any more.
         robot: another profile; None for the recorded one.
         library: what the machine may name, as ``MODULE:NAME``; by default that of its project.
 
     Raises:
-        FileError: the recording does not name its machine, or that does not exist any more.
+        FileError: the recording does not name its machine, or that does not exist any more and its text is not kept.
         MachineError: the machine has faults.
     """
     profile = recorded_profile(recording, robot)
@@ -161,7 +163,32 @@ def recorded_mission(
     except (ValueError, RecursionError):
         raise FileError("the recording has invalid parameters of its machine") from None
     written = [(name, str(value)) for name, value in parameters.items()]
-    return prepare(named_machine(recording), profile, written, library=library)
+    with TemporaryDirectory() as folder:
+        file = named_machine(recording)
+        kept = None if Path(file).is_file() else recorded_text(recording, Path(folder))
+        return prepare(file if kept is None else str(kept), profile, written, library=library)
+
+
+def recorded_text(recording: Recording, folder: Path) -> Path | None:
+    """Write the text of the recorded machine into a folder.
+
+    Args:
+        recording: the run.
+        folder: an empty folder.
+
+    Returns:
+        The machine's own file; None where the recording has no text.
+    """
+    try:
+        texts = json.loads(recording.run.get("sources", "{}"))
+    except (ValueError, RecursionError):
+        return None
+    files: list[Path] = []
+    for name, text in texts.items() if isinstance(texts, dict) else ():
+        if Path(name).name == name and Path(name).suffix in MACHINES:
+            files.append(folder / name)
+            files[-1].write_text(str(text), encoding="utf-8")
+    return files[0] if files else None
 
 
 def recorded_library(recording: Recording, profile: Profile, named: str | None = None) -> RobotLibrary:

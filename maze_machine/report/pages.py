@@ -16,7 +16,7 @@ from hsm.interchange.reports import model_json
 from maze_machine.catalogue.library import RobotLibrary
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.mission import Ending, Mission
-from maze_machine.drive.replay import MACHINES, recorded_library
+from maze_machine.drive.replay import recorded_library, recorded_text
 from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import Tick, shown_ranges
 from maze_machine.errors import CommandError
@@ -136,20 +136,16 @@ def recorded_head(recording: Recording, profile: Profile, library: str | None = 
             raise
         drawn = {"undrawn": f"{error}: no picture of the machine", "drawings": {}}
     else:
-        drawn = _recorded_drawings(kept["model"], kept["sources"], names)
+        drawn = _recorded_drawings(recording, kept["model"], names)
     return {**head(title, profile.robot, kept["scene"], kept["model"], kept["sources"]), **drawn}
 
 
-def _recorded_drawings(model: Any, sources: Any, library: RobotLibrary) -> dict[str, Any]:
+def _recorded_drawings(recording: Recording, model: Any, library: RobotLibrary) -> dict[str, Any]:
     """The pictures of a recorded machine, made from its recorded text; or why there are none."""
-    texts = sources if isinstance(sources, dict) else {}
     with TemporaryDirectory() as folder:
-        for name, text in texts.items():
-            if Path(str(name)).name == name and Path(name).suffix in MACHINES:
-                (Path(folder) / name).write_text(str(text), encoding="utf-8")
-        first = next(iter(texts), "")
+        file = recorded_text(recording, Path(folder))
         try:
-            machine = hsm.load(Path(folder) / str(first), library)
+            machine = hsm.load(file or Path(folder), library)
         except (MachineError, OSError, ValueError):
             return {"undrawn": "the recorded machine cannot be read here: no picture of it", "drawings": {}}
     if not isinstance(model, dict) or model.get("states") != model_json(machine.model, {})["states"]:

@@ -64,9 +64,10 @@ class TriedMachine:
     def answer(self, question: bytes) -> bytes:
         """Do the line in a question, and say what came of it; both are JSON.
 
-        The question is ``{"line": "when event go"}``. The answer has ``done``, a ``reason`` where it is not done, what
-        the terminal would show as ``text``, the ``lines`` so far, the signals that have a value, the activities that
-        run with their outcomes, and for each transition of the active states what makes it fire next (``enabled``).
+        The question is ``{"line": "when event go"}``. The answer has ``done``, a ``reason`` where it is not done, and
+        as ``text`` what the terminal would show. It also has the ``lines`` so far, the signals that have a value, and
+        the activities that run with their outcomes. ``enabled`` says what makes each transition of the active states
+        fire next.
         """
         with self._turn:
             try:

@@ -1,7 +1,7 @@
 """The colours that distinguish states, on the page and in pictures.
 
-Any two of a ground differ in CIELAB by more than 20 for normal sight and under simulated deuteranopia (Machado,
-Oliveira and Fernandes, IEEE TVCG 15(6), 2009), and each by a contrast of 3:1 or more from its ground. A dash pattern
+Any two of a ground differ in CIELAB by more than 20, for normal sight and under simulated deuteranopia (Machado,
+Oliveira and Fernandes, IEEE TVCG 15(6), 2009). The contrast of each with its ground is 3:1 or more. A dash pattern
 goes with each, so that colour is never the only distinction.
 """
 

@@ -1,7 +1,7 @@
 """Loop closure: which old keyframes may show the same place, whether they match, and when to accept it.
 
-A match is accepted only if it lies within what the graph knows of the two poses, fixes the place in both directions,
-has no rival elsewhere in the window, and another match a few keyframes on says the same.
+A match is accepted only if it lies within what the graph knows of the two poses, fixes the place in both directions and
+has no rival elsewhere in the window. Another match a few keyframes on must say the same.
 """
 
 from __future__ import annotations

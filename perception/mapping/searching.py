@@ -1,7 +1,7 @@
 """The correlative search: where a scan fits best within a window, found reliably and at a bounded cost.
 
 Points are looked up in a grid in which the walls are blurred. A coarse grid of the largest values bounds what any place
-within a block can score, so that only blocks that may hold the best place are searched in full (Olson, "Real-time
+within a block can score. Only blocks that may hold the best place are searched in full (Olson, "Real-time
 correlative scan matching", 2009). Scores are sums of whole numbers: the same on every processor.
 """
 

@@ -12,7 +12,7 @@ from PIL import Image, UnidentifiedImageError
 
 from sim.formats.format import Source
 from sim.free_space import Flags
-from sim.maze import Segments
+from sim.maze import MazeError, Segments
 from sim.solvability import LARGEST
 
 MOST_PIXELS = 25_000_000
@@ -68,9 +68,20 @@ def decoded(source: Source, metres_a_pixel: float) -> Picture:
                 return _on_white(image)
     except Image.DecompressionBombError:
         raise source.error(f"the image has more than {_MILLIONS} million pixels", hint="scale it down") from None
-    except (UnidentifiedImageError, OSError, ValueError, SyntaxError) as error:
-        reason = "it is of no known kind" if isinstance(error, UnidentifiedImageError) else str(error)
-        raise source.error(f"the image cannot be decoded: {reason}".partition("\n")[0]) from None
+    except (MazeError, MemoryError):
+        raise
+    except Exception as error:
+        # The library fails in many ways at damaged content, with an AssertionError where a palette is missing.
+        raise source.error(f"the image cannot be decoded: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    """Why an image cannot be decoded; only what the library says in words for people is quoted."""
+    if isinstance(error, UnidentifiedImageError):
+        return "it is of no known kind"
+    text = str(error).partition("\n")[0]
+    worded = isinstance(error, OSError | ValueError | SyntaxError) and text and "b'" not in text
+    return text if worded else "it is damaged"
 
 
 def _refuse_large(source: Source, size: tuple[int, int], metres_a_pixel: float) -> None:

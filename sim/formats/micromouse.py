@@ -98,7 +98,7 @@ class _Grid:
             piece = line[at + 1 : at + self.pitch]
             if piece.strip() and (len(set(piece)) > 1 or piece[0] not in LEVEL):
                 raise self._source.error(
-                    f"here is `{piece}` between two posts",
+                    f"`{piece}` cannot be between two posts",
                     number,
                     self._margin + at + 2,
                     f"`{'-' * len(piece)}` for a wall, spaces for none",

@@ -39,7 +39,7 @@ def errors(text, library):
 )
 def test_a_strange_character_is_named(character, words, line, library):
     found = errors(HEAD + line.format(character), library)
-    assert [one.message for one in found if one.code == "E0101"] == [f"here is {words}"]
+    assert [one.message for one in found if one.code == "E0101"] == [f"found {words}"]
     assert next(one for one in found if one.code == "E0101").suggestion
 
 

@@ -109,6 +109,12 @@ def test_a_file_without_end_is_refused(command):
     assert "/dev/zero cannot be read: it is larger than 32 MiB" in ended.output
 
 
+def test_results_without_end_are_refused():
+    ended = invoke("sweep", "show", "/dev/zero")
+    assert ended.exit_code == 3
+    assert "/dev/zero is not a regular file" in ended.output
+
+
 @pytest.mark.parametrize("command", ["check", "fmt", "import", "test"])
 def test_a_pipe_that_nobody_writes_is_refused(tmp_path, command):
     pipe = tmp_path / ("m.scxml" if command == "import" else "m.maze-machine")

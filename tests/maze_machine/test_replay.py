@@ -225,6 +225,20 @@ class TestWhatARecordingNames:
         named = replace(recording, run={**recording.run, "machine": str(machine), "parameters": "{}"})
         assert named_machine(named) == str(machine)
 
+    def test_its_recorded_text_is_used_where_its_file_is_not(self, recorded, tmp_path):
+        recording = read_recording(recorded[0])
+        gone, texts = (
+            str(tmp_path / "gone.maze-machine"),
+            {"gone.maze-machine": "machine kept\n\ninitial only\n\nstate only\n"},
+        )
+        said = {**recording.run, "machine": gone, "parameters": "{}"}
+        kept = replace(recording, run={**said, "sources": json.dumps(texts)})
+        assert recorded_mission(kept).machine.model.name == "kept"
+        for sources in ("[", json.dumps({"../out.maze-machine": "machine out\n"}), "{}"):
+            with pytest.raises(FileError, match="there is no machine"):
+                recorded_mission(replace(recording, run={**said, "sources": sources}))
+        assert not (tmp_path / "out.maze-machine").exists()
+
 
 def test_a_layout_for_foxglove_names_what_is_in_the_recording(recorded):
     topics = read_recording(recorded[0]).heard

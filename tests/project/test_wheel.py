@@ -205,6 +205,15 @@ def test_a_package_that_hides_one_of_ours_is_named_at_every_entry_point(foreign,
         assert "Traceback" not in told
 
 
+@pytest.mark.parametrize(("module", "name"), [("catalogue", "hsm"), ("drive", "hsm"), ("simulated", "sim")])
+def test_a_python_program_is_told_what_is_hidden(module, name, foreign, installed):
+    done = run([installed / "python", "-c", f"import maze_machine.{module}"], foreign)
+    assert done.returncode == 1
+    last = done.stderr.strip().splitlines()[-1]
+    assert "HiddenPackageError" in last
+    assert f"{foreign / name} hides the package `{name}`" in last
+
+
 def test_a_folder_without_an_init_hides_nothing(installed, tmp_path):
     for name in PACKAGES:
         (tmp_path / name).mkdir()

@@ -90,13 +90,13 @@ def test_a_mark_in_the_middle_is_no_entrance(tmp_path):
     assert (caught.value.line, caught.value.column) == (4, 11)
 
 
-def png(columns, rows, content=b""):
+def png(columns, rows, content=b"", colour=0):
     """A PNG that declares a size, with whatever pixels."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    head = struct.pack(">IIBBBBB", columns, rows, 8, 0, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", columns, rows, 8, colour, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", content) + chunk(b"IEND", b"")
 
 
@@ -122,6 +122,23 @@ def test_an_image_is_judged_by_its_declared_size(tmp_path, content, reason):
     tracemalloc.stop()
     assert peak < 20e6
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        png(40, 40, zlib.compress(bytes(40 * 41)), colour=3),
+        b"P5\n" + b"9" * 5000 + b" 3\n255\n",
+        b"P2\n3 3\n255\n1 2 3 4 5 6 7 8 x",
+        b"P5\nx y\n",
+    ],
+    ids=["a palette that is missing", "digits without end", "a word among numbers", "words for a size"],
+)
+def test_a_damaged_image_is_refused_in_words(tmp_path, content):
+    (tmp_path / "a.png").write_bytes(content)
+    with pytest.raises(MazeError) as caught:
+        read_maze(tmp_path / "a.png", radius=RobotDescription().radius)
+    assert "cannot be decoded: it is damaged" in str(caught.value)
 
 
 def test_noise_is_no_map(tmp_path):

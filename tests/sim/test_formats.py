@@ -236,7 +236,7 @@ CELLS = (MAZES / "cells.txt").read_text()
     [
         (CELLS.replace("G", "x"), (4, 11), "`x` is not allowed here"),
         (CELLS.replace("o   o   o---o   o", "o   x   o---o   o", 1), (3, 5), "a post `o` is missing"),
-        (CELLS.replace("o---o   o   o   o", "o-- o   o   o   o", 1), (5, 2), "here is `-- ` between two posts"),
+        (CELLS.replace("o---o   o   o   o", "o-- o   o   o   o", 1), (5, 2), "`-- ` cannot be between two posts"),
         (CELLS + "|   \n", (10, None), "2H.1 lines"),
         (CELLS.replace("| S             |", "| S             |    |"), (8, 18), "longer than the first"),
         (

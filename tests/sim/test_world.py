@@ -281,7 +281,7 @@ def test_turning_obeys_its_limits_too():
 
 
 def test_the_laser_mount_is_honoured():
-    laser = Laser(mount_x=0.3, mount_y=0.1, mount_heading=math.pi / 2)
+    laser = Laser(mount_x=0.15, mount_y=0.1, mount_heading=math.pi / 2)
     simulation = Simulation(room(), RobotDescription(laser=laser), settings=SETTINGS)
     assert simulation.observation.scan.ranges[AHEAD] == pytest.approx(8.0 - 4.1, abs=0.01)
 

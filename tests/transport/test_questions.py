@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 import zlib
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -39,6 +41,7 @@ from transport.session import (
     written,
 )
 from transport.settings import LinkSettings
+from transport.zenoh_bus import ZenohBus, session_settings
 
 TOY = RobotDescription(name="toy")
 SECRET = "0123456789abcdef0123456789abcdef"
@@ -242,9 +245,33 @@ def test_behind_a_gate_a_step_that_fails_stops_the_base_and_the_gate_lives_on() 
         robot.close()
 
 
+class Loopback:
+    """Buses that meet at a router of their own on the loopback."""
+
+    def __init__(self, endpoint: str, kept: ExitStack) -> None:
+        self._endpoint, self._kept = endpoint, kept
+        self._opened("router", listen=endpoint)
+
+    def bus(self) -> ZenohBus:
+        return self._opened("client", connect=self._endpoint, wait=10.0)
+
+    def _opened(self, mode: str, **where: Any) -> ZenohBus:
+        bus = ZenohBus(session_settings(mode, **where))
+        self._kept.callback(bus.close)
+        return bus
+
+
+@pytest.fixture(params=["memory", "zenoh"])
+def net(request: pytest.FixtureRequest, endpoint: str) -> Iterator[MemoryNetwork | Loopback]:
+    with ExitStack() as kept:
+        yield MemoryNetwork() if request.param == "memory" else Loopback(endpoint, kept)
+
+
 @pytest.mark.parametrize("mode", ["lockstep", "realtime"])
-def test_whoever_has_read_observations_and_commands_can_neither_take_nor_give_back_nor_drive(mode: str) -> None:
-    network = MemoryNetwork()
+def test_whoever_has_read_observations_and_commands_can_neither_take_nor_give_back_nor_drive(
+    mode: str, net: MemoryNetwork | Loopback
+) -> None:
+    network = net
     settings = LinkSettings(dead_man=20.0, answer_age=20.0, stale=20.0, patience=30.0)
     server: LockstepServer | Gate
     if mode == "lockstep":
@@ -279,10 +306,18 @@ def test_whoever_has_read_observations_and_commands_can_neither_take_nor_give_ba
                 assert isinstance(read, Refused) or (isinstance(read, SessionState) and not read.held)
         payload = encode_twist(Twist(0.5))
         forged = CommandTag(tag.epoch, tag.sequence + 100, tag.stamp).encode(payload, "0" * 32)
-        stranger.publisher("toy/cmd_vel").put(payload, forged)
-        for _ in range(3):
+        commander = stranger.publisher("toy/cmd_vel")
+        commander.put(heard.payload, heard.attachment)
+        commander.put(payload, forged)
+        driven, deadline = 3, time.monotonic() + 10.0
+        while driven < 6 or (not server.dropped["forged"] and time.monotonic() < deadline):
             robot.command(wander(robot.observe()))
+            driven += 1
         assert server.dropped["forged"] == 1
+        robot.observe()
+        if mode == "lockstep":
+            assert robot.report()["steps"] == driven, "what was heard once moves nothing when it is sent again"
+        assert server.lease.proves(secret)
         robot.close()
 
 

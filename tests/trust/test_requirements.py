@@ -121,7 +121,7 @@ def test_the_matrix_is_written_as_json_and_as_a_page(run_test, tmp_path):
         (STATED + "requirement R3\n" + COVERED, "requirement `R3` has no text"),
         (STATED + "requirement R!3 stops\n" + COVERED, "`R!3` cannot be the name of a requirement"),
         (STATED + COVERED.replace("    expect open\n", "    expect open\n    covers ISO-1.2\n"), "must come directly"),
-        (STATED + COVERED.replace("quiet covers", "quiet cover"), "expected `covers`, but here is `cover`"),
+        (STATED + COVERED.replace("quiet covers", "quiet cover"), "expected `covers`, found `cover`"),
         (STATED + COVERED.replace("    covers R1", "    covers 'R1'"), "the name of a requirement"),
         (STATED + "covers R1\n" + COVERED, "is indented under its scenario"),
         ("test gate\nscenario it opens\n    expect shut\n", "no .maze-test file names one"),

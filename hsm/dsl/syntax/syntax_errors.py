@@ -92,7 +92,7 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     if strange is not None and token.type != "_NL":
         character = line[strange]
         place = Place(report.file, number, strange + 1, number, strange + 2)
-        report.add("E0101", place, f"here is {described(character)}", advice(character))
+        report.add("E0101", place, f"found {described(character)}", advice(character))
         return
     before = line[: column - 1]
     match = _WORD.match(line, column - 1) if token.type != "_NL" else None
@@ -113,8 +113,8 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     wanted = [text for name, text in _WORDS.items() if name in expected]
     if wanted and wanted[0] == _WORDS["NAME"]:
         wanted[0] = _NAMES.get(last, wanted[0])
-    found = f"here is `{word}`" if word else "the line ends here"
-    message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}` is not allowed here"
+    found = f"`{word}`" if word else "the end of the line"
+    message = f"expected {_either(wanted)}, found {found}" if wanted else f"`{word}` is not allowed here"
     _add(report, place, message, _hint(before.split(), word, expected), word)
 
 

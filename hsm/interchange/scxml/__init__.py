@@ -3,8 +3,9 @@
 It reads everything that has a counterpart in this engine: states of all kinds, history, transitions of both types with
 event descriptors, ``In()`` conditions, ``raise``, and ``send`` and ``cancel`` to the chart itself in logical time. A
 chart that names its data model, ``ecmascript`` or ``python``, has data, ``assign``, ``if``, ``foreach``, events with
-data, the system variables and the ``...expr`` attributes, in a safe subset of those languages' expressions, and invokes
-other charts. Features that need another process (events over HTTP), or more of those languages, are refused by name.
+data, the system variables and the ``...expr`` attributes. Its expressions are a safe subset of those of that language.
+It may invoke other charts. Features that need another process (events over HTTP), or more of those languages, are
+refused by name.
 """
 
 from __future__ import annotations

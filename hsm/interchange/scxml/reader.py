@@ -128,7 +128,7 @@ class _Loader:
     def text(self, text: object) -> Model:
         """A chart that is made while the machine runs."""
         if not isinstance(text, str):
-            raise DataError("what is invoked is not a chart")
+            raise DataError("only a chart can be invoked")
         return self._at_run_time(lambda: parse(text, self.reader.file), self.reader.file)
 
     def at_run_time(self, name: object) -> Model:

@@ -60,10 +60,11 @@ def quotient(graph: Graph, automata: Collection[Automaton]) -> Quotient:
     """
     labels: dict[Hashable, int] = {}
     effects: dict[Hashable, Hashable] = {}
+    about_places = all(only_about_places(one.stated) for one in automata)
 
     def label(edge: Edge) -> int:
         key: Hashable = (edge.point.leaves, edge.point.entered)
-        if not all(only_about_places(one.stated) for one in automata):
+        if not about_places:
             key = edge.point, edge.among
         effect = effects.get(key)
         if effect is None:

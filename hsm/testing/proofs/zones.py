@@ -104,11 +104,14 @@ class Zone:
 
     def reset(self, clocks: frozenset[Clock] | set[Clock], kept: tuple[Clock, ...]) -> Zone:
         """Some clocks set to zero, and only some kept; those that were not there are new."""
-        zone = self.only(tuple(one for one in self.clocks if one in kept and one not in clocks))
-        for clock in kept:
-            if clock not in zone.clocks:
-                zone = zone._with(clock)
-        return zone.only(kept)
+        if not clocks and kept == self.clocks:
+            return self
+        size = len(self.clocks) + 1
+        places = {clock: at for at, clock in enumerate(self.clocks, start=1) if clock not in clocks}
+        # A clock at zero is bounded as zero itself, the first row and column, and so are two of them.
+        rows = [0, *(places.get(clock, 0) for clock in kept)]
+        bounds = self.bounds
+        return Zone(kept, tuple([bounds[row * size + column] for row in rows for column in rows]))
 
     def back(self, clock: Clock, by: int) -> Zone:
         """One clock put back by a number of nanoseconds."""
@@ -138,7 +141,8 @@ class Zone:
             return self
         size = len(self.clocks) + 1
         rows = [0, *(self.clocks.index(one) + 1 for one in clocks)]
-        return Zone(clocks, tuple(self.bounds[row * size + column] for row in rows for column in rows))
+        bounds = self.bounds
+        return Zone(clocks, tuple([bounds[row * size + column] for row in rows for column in rows]))
 
     def _with(self, clock: Clock) -> Zone:
         """With one more clock, at zero."""

@@ -172,10 +172,10 @@ def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) ->
         return
     expected = getattr(error, "accepts", None) or getattr(error, "expected", None) or ()
     wanted = [said for name, said in _WORDS.items() if name in expected]
-    found = "the line ends here" if ends else f"here is `{token}`"
-    message = f"unexpected: {found}"
+    found = "the end of the line" if ends else f"`{token}`"
+    message = f"found {found}"
     if wanted:
-        message = f"expected {', '.join(wanted[:-1])}{' or ' if len(wanted) > 1 else ''}{wanted[-1]}, but {found}"
+        message = f"expected {', '.join(wanted[:-1])}{' or ' if len(wanted) > 1 else ''}{wanted[-1]}, found {found}"
     if token is not None and not ends:
         place = place_of(report.file, token)
     report.add("E0101", place, message)

@@ -17,8 +17,10 @@ from transport.section import Point
 
 SLANT = math.radians(20)
 """The robot slants at most this much to its course to get aside, rad."""
-STEEPEST = math.radians(40)
-"""The same where something holds it up, rad; farther round, the walls at its side would be those ahead."""
+STEEPEST = math.radians(80)
+"""The same where something ahead holds it up, rad."""
+BESIDE = math.radians(40)
+"""The same where something beside its way does, rad: farther round, the walls at its side would be those ahead."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 
@@ -47,7 +49,7 @@ class DifferentialSteering:
         left = max(-motion.lateral_speed, min(motion.lateral_speed, aside / motion.settle)) if speed > 0 else 0.0
         # Held up by what is ahead, it turns as far as it takes to get by.
         held_up = forward < speed and abs(aside) > motion.needed
-        steepest = STEEPEST if held_up else SLANT
+        steepest = SLANT if not held_up else STEEPEST if ahead > 0 else BESIDE
         slant = max(-steepest, min(steepest, atan2(left, forward))) if forward > 0 or held_up else 0.0
         error += slant
         allowed = norm(forward, left) if held_up else forward

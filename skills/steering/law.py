@@ -38,7 +38,7 @@ class Steering(Protocol):
             error: how far to turn to be on course, rad.
             speed: wanted speed, m/s.
             aside: how far to the left the robot should be, m.
-            ahead: free way in front of the robot's centre, m.
+            ahead: free way in front of the robot's centre, m; 0 where something beside the way holds the robot up.
         """
         ...
 

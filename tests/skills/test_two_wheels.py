@@ -77,17 +77,13 @@ def test_the_end_of_a_wall_beside_its_way_does_not_hold_it_up(world, drive, asid
     assert not done.touched
 
 
-@pytest.mark.parametrize("side", list(Side))
-def test_where_a_wall_keeps_it_from_the_arc_it_turns_on_the_spot(world, block, drive, side):
-    room = [
-        (-0.3, -1, 1.5, -1),
-        (-0.3, -1, -0.3, 1.7),
-        (-0.3, 1.7, 1.5, 1.7),
-        (0.37, side.sign * 1, 1.04, side.sign * 1),
-    ]
-    done = drive(Arc(side, 0.5), world(room + block(1.04, -0.33, 0.67, 0.67), Pose(0.4, 0)), limit=20, robot=BOX)
+@pytest.mark.parametrize("start", [0.35, 0.37, 0.4])
+def test_where_a_wall_keeps_it_from_the_arc_it_turns_on_the_spot(world, block, drive, start):
+    room = [(-0.335, -1, -0.335, 1.675), (-0.335, 1.675, 2.35, 1.675), (-0.335, -1, 2.35, -1), (2.35, -1, 2.35, 1.675)]
+    walls = [*room, *block(1.34, 0, 0.67, 0.67), (0.335, 1, 1, 1), (1.675, 1, 2.35, 1)]
+    done = drive(Arc(Side.LEFT), world(walls, Pose(start, 0)), limit=20, robot=BOX)
     assert done.outcome == "done"
-    assert abs(math.remainder(done.end.heading - side.sign * math.pi / 2, math.tau)) < math.radians(6)
+    assert abs(math.remainder(done.end.heading - math.pi / 2, math.tau)) < math.radians(6)
     assert not done.touched
 
 

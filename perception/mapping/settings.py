@@ -170,7 +170,7 @@ class LoopSettings(Settings):
     """This much is added to it, m, at most, where the pose is uncertain."""
     stretch: Count = 15
     """Of keyframes within this many of each other only the nearest is tried."""
-    candidates: Count = 2
+    candidates: Count = 3
     """This many are tried, at most."""
     around: Count = 4
     """A scan is matched with the keyframe and this many before and after it."""

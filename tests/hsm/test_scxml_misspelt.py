@@ -139,3 +139,12 @@ def test_an_odd_combination_is_named(body, message):
 def test_event_descriptors_of_the_standard_are_read(event):
     text = document(("scxml", "state", "transition"), f'event="{event}" target="a"')
     read_text(text.replace("<state>", '<state id="a">'))
+
+
+def test_executable_content_may_have_several_scripts():
+    content = "<script>x = 1</script><script>x = 2</script>"
+    body = STATE.format(f'{content}<if cond="true">{content}<else/>{content}</if>')
+    data = '<datamodel><data id="x"/></datamodel>'
+    read_text(
+        f'<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">{data}{body}</scxml>'
+    )

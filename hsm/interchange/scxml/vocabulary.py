@@ -104,8 +104,16 @@ _REQUIRED = {
 _VALUED = {"assign": ("expr",), "param": ("expr", "location")}
 """Elements that need a value: in one of these attributes, or, where text is allowed, as text."""
 
-_ONCE = frozenset({"datamodel", "script", "donedata", "content", "finalize"})
-"""Elements of which another element has one at most; executable content may have several scripts."""
+_ONCE = {
+    "scxml": {"datamodel", "script"},
+    "state": {"datamodel"},
+    "parallel": {"datamodel"},
+    "final": {"donedata"},
+    "donedata": {"content"},
+    "send": {"content"},
+    "invoke": {"content", "finalize"},
+}
+"""The elements of which another one has one at most; a second ``initial`` is found by the reader."""
 
 _DESCRIPTOR = re.compile(r"\.?\*|[^\s.*,;]+(\.[^\s.*,;]+)*(\.\*?)?")
 """An event descriptor (section 3.12.1): tokens separated by dots, `*` only at the end; `.*` is the same as `*`."""
@@ -145,7 +153,7 @@ def _repeated(element: Element) -> Iterator[Diagnostic]:
     """Children of which there may be one only, and those that exclude each other."""
     found: set[str] = set()
     for child in element.children:
-        if child.tag in found and child.tag in _ONCE and RULES[element.tag].children != _CONTENT:
+        if child.tag in found & _ONCE.get(element.tag, set()):
             yield finding("E0903", child.place, f"<{element.tag}> has a second <{child.tag}>", "keep one of them")
         elif element.tag in ("send", "donedata") and {child.tag, *found} >= {"param", "content"}:
             message = f"<{element.tag}> has <param> and <content>, which exclude each other"

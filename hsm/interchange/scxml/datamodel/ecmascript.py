@@ -208,7 +208,6 @@ class EcmaScriptLanguage(Language):
     }
 
     truth = staticmethod(_truth)
-    number = staticmethod(_to_number)
 
     @staticmethod
     def computed(operator: str, first: Any, second: Any) -> Any:
@@ -327,7 +326,7 @@ class EcmaScriptLanguage(Language):
         return str(token.value) if token.kind == "name" else super().key(token)
 
     def strange(self, token: Lexeme) -> ValueError:
-        """A word of Python, or nothing."""
+        """Name Python's words, which are not ECMAScript's."""
         if token.kind == "name" and token.value in ("and", "or", "not", "is"):
             return InvalidExpressionError(f"`{token.value}` is not an operator of ECMAScript")
         return super().strange(token)

@@ -133,15 +133,6 @@ class Language(ABC):
 
     @staticmethod
     @abstractmethod
-    def number(value: Any) -> int | float:
-        """The number that arithmetic takes for a value.
-
-        Raises:
-            DataError: there is none.
-        """
-
-    @staticmethod
-    @abstractmethod
     def member(owner: Any, name: Any) -> Any:
         """What an owner holds under a name or a number in brackets.
 

@@ -64,6 +64,13 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
+def _number(value: Any) -> int | float:
+    """A number as it is, True as 1 and False as 0."""
+    if isinstance(value, int | float):
+        return value
+    raise DataError(f"{value!r:.40} is not a number")
+
+
 class PythonLanguage(Language):
     """Python's expressions, as far as they compute with plain data."""
 
@@ -104,13 +111,6 @@ class PythonLanguage(Language):
         return bool(value)
 
     @staticmethod
-    def number(value: Any) -> int | float:
-        """Numbers are taken as they are, True as 1 and False as 0."""
-        if isinstance(value, int | float):
-            return value
-        raise DataError(f"{value!r:.40} is not a number")
-
-    @staticmethod
     def computed(operator: str, first: Any, second: Any) -> Any:
         """Texts and lists are joined by ``+``; the rest is arithmetic.
 
@@ -121,9 +121,9 @@ class PythonLanguage(Language):
                 return first + second
             if isinstance(first, str) or isinstance(second, str):
                 return str(first) + str(second)
-            return PythonLanguage.number(first) + PythonLanguage.number(second)
+            return _number(first) + _number(second)
         try:
-            return _ARITHMETIC[operator](PythonLanguage.number(first), PythonLanguage.number(second))
+            return _ARITHMETIC[operator](_number(first), _number(second))
         except (ZeroDivisionError, OverflowError) as error:
             raise DataError(str(error)) from None
 
@@ -208,11 +208,11 @@ class PythonLanguage(Language):
         sign = self.take("-", "+", "--", "++")
         if sign is None:
             return self.postfix(depth)
-        operand, number = self.unary(self.deeper(depth)), self.number
-        return (lambda env: -number(operand(env))) if sign == "-" else lambda env: +number(operand(env))
+        operand = self.unary(self.deeper(depth))
+        return (lambda env: -_number(operand(env))) if sign == "-" else lambda env: +_number(operand(env))
 
     def strange(self, token: Lexeme) -> ValueError:
-        """A comprehension, a slice, or nothing."""
+        """Name ECMAScript's operators, which are not Python's."""
         if token.kind == "mark" and token.value in ("!", "?", "&&", "||", "===", "!=="):
             return InvalidExpressionError(f"`{token.value}` is not an operator of Python")
         return super().strange(token)

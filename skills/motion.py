@@ -89,23 +89,38 @@ class Stopwatch:
         return self.elapsed
 
 
+class Rest:
+    """Measures for how long the robot has neither moved nor turned further."""
+
+    def __init__(self, moved: float, turned: float = math.inf) -> None:
+        """Args: the least movement, m, and turn, rad, that end a rest."""
+        self._moved = moved
+        self._turned = turned
+        self._watch = Stopwatch()
+        self._since: float | None = None
+        self._pose = Pose()
+
+    def update(self, facts: Facts) -> float:
+        """Process a tick and return the time since the robot was elsewhere, s."""
+        time, pose = self._watch.update(facts), facts.observation.odometry.pose
+        moved = norm(pose.x - self._pose.x, pose.y - self._pose.y) > self._moved
+        turned = abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > self._turned
+        if self._since is None or moved or turned:
+            self._since, self._pose = time, pose
+        return time - self._since
+
+
 class Headway:
     """Detects that the robot makes no progress."""
 
     def __init__(self, patience: float = PATIENCE, speed: float = math.inf) -> None:
         """Args: how long it may rest, s, and the speed that it is to have, m/s: a slow robot is given longer."""
         self._patience = max(patience, 2 * MOVED / speed)
-        self._watch = Stopwatch()
-        self._since: float | None = None
-        self._pose = Pose()
+        self._rest = Rest(MOVED, 0.1)
 
     def lost(self, facts: Facts) -> bool:
         """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the timeout (s)."""
-        time, pose = self._watch.update(facts), facts.observation.odometry.pose
-        moved = norm(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
-        if self._since is None or moved or abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > 0.1:
-            self._since, self._pose = time, pose
-        return time - self._since > self._patience
+        return self._rest.update(facts) > self._patience
 
 
 HELD_AFTER = 0.5
@@ -120,9 +135,7 @@ class HeldUp:
     def __init__(self, needed: float) -> None:
         """Args: from how far aside on it matters, m."""
         self._needed = needed
-        self._watch = Stopwatch()
-        self._since = 0.0
-        self._pose: Pose | None = None
+        self._rest = Rest(STILL)
         self._held = False
 
     def update(self, facts: Facts, aside: float) -> bool:
@@ -132,10 +145,7 @@ class HeldUp:
             facts: of this tick.
             aside: how far to its left the robot should be, m.
         """
-        time, pose = self._watch.update(facts), facts.observation.odometry.pose
-        if self._pose is None or norm(pose.x - self._pose.x, pose.y - self._pose.y) > STILL:
-            self._since, self._pose = time, pose
-        rested = time - self._since > HELD_AFTER
+        rested = self._rest.update(facts) > HELD_AFTER
         self._held = abs(aside) > self._needed and (self._held or rested)
         return self._held
 

@@ -37,7 +37,7 @@ class Drive(Skill):
             return ended
         steering, aside = self.steering(facts), self._aside(passage)
         # The end of a wall beside the lane is not ahead, and yet the guard may stop the robot there.
-        ahead = 0.0 if self._held_up.update(facts, aside) and not steering.sideways else passage.ahead
+        ahead = 0.0 if not steering.sideways and self._held_up.update(facts, aside) else passage.ahead
         return Command(steering.along(error, self._speed, aside, ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:

@@ -5,11 +5,11 @@ Nothing is guessed: each event, outcome and time-out is tried on a copy of the r
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from typing import Any
 
+from hsm.engine.evaluation import BINARY
 from hsm.engine.explanation import Considered, Verdict, by_transition
 from hsm.engine.occurrences import event_text
 from hsm.engine.snapshots import SnapshotError
@@ -26,9 +26,7 @@ from hsm.testing.scenarios.driver import Driver
 
 MOST_DATA = 64
 """How many values of what an event carries are tried at most."""
-ARITHMETIC: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
-}  # fmt: skip
+ARITHMETIC = ("+", "-", "*", "/")
 NEAR = 0.1
 """The distance of a value that is tried beside a number, as a share of it."""
 
@@ -175,7 +173,7 @@ def _number(variables: Mapping[str, Any], part: Expression) -> float | None:
         case Binary(sign, left, right) if sign in ARITHMETIC:
             first, second = _number(variables, left), _number(variables, right)
             if first is not None and second is not None and not (sign == "/" and second == 0):
-                value = ARITHMETIC[sign](first, second)
+                value = BINARY[sign](first, second)
     return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 

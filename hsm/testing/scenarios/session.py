@@ -321,7 +321,8 @@ class Session:
 
     def _replay(self, lines: Sequence[str]) -> None:
         """Restart and execute lines; if one fails, restore the previous state."""
-        before = (self.driver, self.lines, self._ends, self._break, self._seen)
+        stop = self._break
+        before = self.driver, self.lines, self._ends, self._seen
         scenario = self._read([one for one in lines if _word(one) != _SET])
         steps = iter(scenario.steps)
         try:
@@ -335,10 +336,11 @@ class Session:
                     self._perform(next(steps), "")
                 self._ends.append(self.driver.time)
         except SessionError:
-            self.driver, self.lines, self._ends, self._break, self._seen = before
+            self.driver, self.lines, self._ends, self._seen = before
+            self._break = stop
             raise
-        self._break = before[3]
-        self._held = self._break is not None and self._break.lasts and self._break.met(self.driver)
+        self._break = stop
+        self._held = stop is not None and stop.lasts and stop.met(self.driver)
 
     def _read(self, lines: Sequence[str]) -> Scenario:
         for line in lines:

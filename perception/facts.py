@@ -121,12 +121,12 @@ class Facts:
 
     @cached_property
     def wall_left(self) -> Wall:
-        """The nearest wall at the left."""
+        """The nearest wall on the left."""
         return nearest_wall(self.lines, math.pi / 2, self.settings.wall)
 
     @cached_property
     def wall_right(self) -> Wall:
-        """The nearest wall at the right."""
+        """The nearest wall on the right."""
         return nearest_wall(self.lines, -math.pi / 2, self.settings.wall)
 
     @cached_property

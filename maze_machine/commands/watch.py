@@ -90,7 +90,7 @@ def send(
     ] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
-    """Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.
+    """Send an event to a running machine, change a parameter, or pause, resume or end its run.
 
     The event and the change are part of the run: the trace and the recording contain them, and a replay repeats them.
 

@@ -83,7 +83,7 @@ def test_only_earlier_results_are_replaced(tmp_path):
     pandas.DataFrame({"seed": [1], "name": ["other"]}).to_parquet(table)
     for file in (text, table):
         before = file.read_bytes()
-        with pytest.raises(FileError, match="does not hold the results of a campaign"), columns_in(file):
+        with pytest.raises(FileError, match="does not contain the results of a campaign"), columns_in(file):
             pass
         assert file.read_bytes() == before
 
@@ -94,7 +94,7 @@ def test_a_file_without_results_is_refused_in_one_line(tmp_path, content):
     file.write_bytes(content)
     done = CliRunner().invoke(app, ["sweep", "show", str(file)])
     assert done.exit_code == 3
-    assert "does not hold the results of a campaign" in done.output
+    assert "does not contain the results of a campaign" in done.output
 
 
 def test_what_breaks_off_leaves_no_half_file(tmp_path):

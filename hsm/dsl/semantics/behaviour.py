@@ -238,7 +238,7 @@ class Behaviour:
             return self.context.symbols.states[owner]
         wanted = owner if dot and suffix in HISTORY else str(name)
         close = self.context.report.guess(wanted, self.context.symbols.states)
-        hint = f"name the state: `state.{name}`" if name in HISTORY else _NO_STATES.get(name) or close.text
+        hint = f"name the state: `state.{name}`" if name in HISTORY else _NO_STATES.get(name, close.text or "")
         place = self.context.place(name)
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"

@@ -23,6 +23,7 @@ class Opening:
         frame: where the robot was then, x along the course.
         side: at which side it is.
         near: x of the end of the wall before it, m.
+        passed: whether that wall's end is out of sight, behind; ``near`` is where the robot was then.
         aside: how far to the side that wall was, m.
         half_width: of the robot, m.
         settings: what an opening is.
@@ -35,6 +36,7 @@ class Opening:
     aside: float
     half_width: float
     settings: OpeningSettings
+    passed: bool = False
     far: float = math.inf
 
     def driven(self, pose: Pose) -> float:
@@ -54,7 +56,14 @@ class Opening:
         self.far = self.driven(pose) + (float(bounds.min()) if len(bounds) else 2 * settings.into)
 
     def middle(self, farthest: float) -> float:
-        """Where the opening's middle is along the course, at most ``farthest`` (m) past its near corner."""
+        """Where the opening's middle is along the course, at most ``farthest`` (m) past its near corner.
+
+        Of an opening whose near corner is out of sight it is as far before the far side, where that is near: the wall
+        there is the only one to keep to in the way behind the opening.
+        """
+        before_far = self.far - farthest
+        if self.passed and farthest < before_far < self.settings.into:
+            return before_far
         return self.near + min(farthest, (self.far - self.near) / 2)
 
 
@@ -77,4 +86,4 @@ def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose
         wall = np.sort(x[(np.abs(y - aside) < settings.same_wall) & back])
         ends = wall[:-1][np.diff(wall) > settings.smallest]
         near = float(ends[0] if len(ends) else wall[-1])
-    return Opening(Frame(course), side, near, aside, robot.half_width, settings)
+    return Opening(Frame(course), side, near, aside, robot.half_width, settings, passed=not beside.any())

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skills.frames import Frame
 from skills.settings import OpeningSettings
@@ -67,8 +68,12 @@ class Opening:
         return self.near + min(farthest, (self.far - self.near) / 2)
 
 
-def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose, settings: OpeningSettings) -> Opening:
+def opening_of(
+    points: Points, robot: RobotDescription, side: Side, course: Pose, settings: OpeningSettings, *, least: float
+) -> Opening:
     """The opening that begins beside the robot, or ahead where the wall beside it ends.
+
+    One that the robot has nearly passed counts only where no other one follows soon.
 
     Args:
         points: hits in a frame at the robot along its course, m.
@@ -76,14 +81,31 @@ def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose
         side: at which side.
         course: the robot's place by odometry, with the heading of its course.
         settings: what an opening is.
+        least: so far ahead its far side must be, so that the robot can still turn into it, m.
     """
     x, y = points[:, 0], points[:, 1] * side.sign
-    back = x > -settings.behind
-    beside = (y > robot.half_width / 2) & (y < settings.into) & (x < settings.near_corner) & back
+    bounds = (y > robot.half_width / 2) & (y < settings.into) & (x > -settings.behind)
     near, aside = 0.0, settings.into
-    if beside.any():
-        aside = float(y[beside].min())
-        wall = np.sort(x[(np.abs(y - aside) < settings.same_wall) & back])
-        ends = wall[:-1][np.diff(wall) > settings.smallest]
-        near = float(ends[0] if len(ends) else wall[-1])
-    return Opening(Frame(course), side, near, aside, robot.half_width, settings, passed=not beside.any())
+    passed = not (bounds & (x < settings.near_corner)).any()
+    beside = y[bounds & (x < (least if passed else settings.near_corner))]
+    if len(beside):
+        level = float(beside.min())
+        first, fitting = _beginnings(
+            np.sort(x[(np.abs(y - level) < settings.same_wall) & (x > -settings.behind)]), settings, least
+        )
+        if not passed or fitting < settings.into:
+            near, aside, passed = fitting if fitting < settings.into else first, level, False
+    return Opening(Frame(course), side, near, aside, robot.half_width, settings, passed)
+
+
+def _beginnings(wall: NDArray[np.float64], settings: OpeningSettings, least: float) -> tuple[float, float]:
+    """Where the first opening in a wall begins, and the first one whose far side is far enough ahead, m.
+
+    Args:
+        wall: x of the hits on it, rising, m, shape (n,), one at least.
+        settings: what an opening is.
+        least: so far ahead the far side must be, m.
+    """
+    ends = np.append(np.flatnonzero(np.diff(wall) > settings.smallest), len(wall) - 1)
+    far = np.append(wall, math.inf)[ends + 1]
+    return float(wall[ends[0]]), float(wall[ends[far >= least][0]])

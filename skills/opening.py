@@ -90,11 +90,11 @@ def opening_of(
     beside = y[bounds & (x < (least if passed else settings.near_corner))]
     if len(beside):
         level = float(beside.min())
-        first, fitting = _beginnings(
-            np.sort(x[(np.abs(y - level) < settings.same_wall) & (x > -settings.behind)]), settings, least
-        )
-        if not passed or fitting < settings.into:
-            near, aside, passed = fitting if fitting < settings.into else first, level, False
+        wall = np.sort(x[(np.abs(y - level) < settings.same_wall) & (x > -settings.behind)])
+        first, fitting = _beginnings(wall, settings, least)
+        soon = fitting < settings.into
+        if soon or not passed:
+            near, aside, passed = fitting if soon else first, level, False
     return Opening(Frame(course), side, near, aside, robot.half_width, settings, passed)
 
 

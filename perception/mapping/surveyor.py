@@ -74,6 +74,8 @@ class Surveyor:
         free_space: where the robot can drive.
         confidence: whether it knows where the robot is; while it does not, nothing enters the map.
         sure: whether this tick's scan has been looked at and fits the map.
+        surprised: whether the last scan that was looked at shows something amid free cells, such as a door that has
+            shut; such scans are drawn at once.
         supposed: where the robot is said to be on a map that was made before, until a scan shows it.
     """
 
@@ -83,6 +85,7 @@ class Surveyor:
     free_space: FreeSpace = field(init=False)
     confidence: Confidence = field(init=False)
     sure: bool = False
+    surprised: bool = False
     supposed: Supposition | None = None
     _ticks: int = 0
     _undrawn: int = field(init=False)
@@ -201,7 +204,7 @@ class Surveyor:
         # Only what has been looked at enters the map: the robot may have been carried since the last scan.
         self.sure = looked and self.knowledge is Knowledge.KNOWN and self.mapper.fits
         self._undrawn += 1
-        if self.sure and self._undrawn >= self.settings.free_space.every:
+        if self.sure and (self.surprised or self._undrawn >= self.settings.free_space.every):
             self.free_space.see(sweep, self.pose)
             self._undrawn = 0
         self._ticks += 1
@@ -246,11 +249,13 @@ class Surveyor:
 
     def _agrees(self, sweep: ScanPoints, found: Match | None) -> bool:
         """Whether the grid agrees with where a scan fits the last keyframes, or else with where odometry has led."""
+        self.surprised = False
         if found is None and not self._measured:
             return False
         offset = found.pose if found is not None else self.mapper.offset
         place = compose(self.start, compose(self.mapper.graph.poses[-1], offset))
         agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
+        self.surprised = agreement.contradicted > 0
         return self.confidence.believes(found, agreement)
 
     def _possible(self, offset: Pose) -> bool:

@@ -260,7 +260,11 @@ class ReckoningSettings(Settings):
     turn_way: Positive = 0.03
     """and by this much more for each metre of way, rad,"""
     turn_turn: Share = 0.05
-    """and for each radian of turn."""
+    """and for each radian of turn,"""
+    slips: Positive = 3.0
+    """and by this many times what scans have lately had to correct, for wheels that slip."""
+    fading: Share = 0.9
+    """With each scan an older correction counts this much of what it did."""
 
 
 class PlaceSettings(Settings):

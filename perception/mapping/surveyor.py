@@ -15,7 +15,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
 from perception.mapping.planning import EdgeAhead, ShortestWays, plan_from
-from perception.mapping.reckoning import Reckoning
+from perception.mapping.reckoning import Reckoning, Slip
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
@@ -90,6 +90,7 @@ class Surveyor:
     _ticks: int = 0
     _undrawn: int = field(init=False)
     _since_fit: Reckoning = field(init=False)
+    _slip: Slip = field(default_factory=Slip)
     _rough: float = 0.0
     _relocation: Relocation | None = None
     _ways: KnownWays | None = None
@@ -242,8 +243,9 @@ class Surveyor:
         if found is None:
             self._rough = math.inf
             return
-        self._since_fit = Reckoning(self.settings.reckoning)
         by = mapper.correction
+        self._slip = self._slip.corrected(by, self.settings.reckoning)
+        self._since_fit = Reckoning(self.settings.reckoning, self._slip)
         rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
         self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
 

@@ -218,7 +218,7 @@ class FreeSpaceSettings(Settings):
     before: Positive = 0.1
     """The last part of a beam before its hit does not count as free, m."""
     every: Count = 5
-    """After this many ticks a scan is drawn, the first that is matched then."""
+    """After this many ticks a scan is drawn, the first that is matched then; one that shows something new, at once."""
     gain: Count = 2
     """The increment of a cell for a beam that passes through it."""
     loss: Count = 3

@@ -77,6 +77,7 @@ class Surveyor:
         surprised: whether the last scan that was looked at shows something amid free cells, such as a door that has
             shut; such scans are drawn at once.
         supposed: where the robot is said to be on a map that was made before, until a scan shows it.
+        began: where the run began on the map; None where nobody has said it.
     """
 
     settings: MappingSettings
@@ -87,6 +88,7 @@ class Surveyor:
     sure: bool = False
     surprised: bool = False
     supposed: Supposition | None = None
+    began: Supposition | None = field(default_factory=Supposition)
     _ticks: int = 0
     _undrawn: int = field(init=False)
     _since_fit: Reckoning = field(init=False)
@@ -154,14 +156,21 @@ class Surveyor:
             supposed: where the robot is said to be; None where nothing is known: it is lost until it has been found.
         """
         again = cls(mapper.settings, start)
-        again.mapper, again.free_space, again.supposed = mapper, free_space, supposed
+        again.mapper, again.free_space, again.supposed, again.began = mapper, free_space, supposed, supposed
         if supposed is None:
             again.confidence.knowledge = Knowledge.LOST
         return again
 
     def from_the_start(self) -> Surveyor:
-        """A surveyor with the same map for a robot that is back where the map began."""
-        return Surveyor.resumed(self.mapper, self.free_space, self.start, Supposition())
+        """A surveyor with the same map for a robot that is back where the run began."""
+        return Surveyor.resumed(self.mapper, self.free_space, self.start, self.began)
+
+    def began_at_start(self, within: float) -> bool:
+        """Whether the run began where the map was begun, or at most so far from there, m."""
+        if self.began is None:
+            return False
+        place, start = compose(self.keyframe(self.began.keyframe), self.began.pose), self.keyframe(0)
+        return norm(place.x - start.x, place.y - start.y) <= within
 
     def suppose(self, pose: Pose) -> Supposition:
         """A robot that is said to be at a pose in the world model's frame, as seen from the nearest keyframe."""

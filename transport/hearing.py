@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from transport.bus import Bus
 from transport.keys import RobotKeys
+from transport.ros_graph import topic_token
 
 LISTENED = 1.0
 """How long to listen, s: a sensor sends several messages in that time."""
@@ -37,11 +38,10 @@ class Topic(NamedTuple):
 
 def topic_of(key: str) -> Topic | None:
     """The topic of a key or of a liveliness token of a publisher; None for what is neither."""
+    token = topic_token(key)
+    if token is not None:
+        return Topic("rmw_zenoh", token.domain, token.path, token.dds_type) if token.kind == "MP" else None
     parts = key.split("/")
-    if parts[0] == "@ros2_lv":
-        if len(parts) < 12 or parts[5] != "MP" or not parts[1].isdecimal():
-            return None
-        return Topic("rmw_zenoh", int(parts[1]), parts[9].strip("%").replace("%", "/"), parts[10])
     if len(parts) > 3 and parts[-1].startswith("RIHS01_") and parts[0].isdecimal():
         return Topic("rmw_zenoh", int(parts[0]), "/".join(parts[1:-2]), parts[-2])
     return None if key.startswith("@") else Topic("bridge", 0, key)

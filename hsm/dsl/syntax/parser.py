@@ -46,7 +46,8 @@ class TreeBuilder:
 
     def param(self, parts: list[Any]) -> ast.ParameterLine:
         adjustable = parts.pop() if isinstance(parts[-1], ast.AdjustableSyntax) else None
-        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None, adjustable)
+        name, kind, *default = parts
+        return ast.ParameterLine(name, kind, default[0] if default else None, adjustable)
 
     def adjustable(self, parts: list[Any]) -> ast.AdjustableSyntax:
         return ast.AdjustableSyntax(parts[0], tuple(parts[1:-1]))
@@ -64,10 +65,12 @@ class TreeBuilder:
         return ast.FieldSyntax(*parts)
 
     def enum(self, parts: list[Any]) -> ast.EnumerationLine:
-        return ast.EnumerationLine(parts[0], tuple(parts[2:]))
+        name, _, *values = parts
+        return ast.EnumerationLine(name, tuple(values))
 
     def define(self, parts: list[Any]) -> ast.DefinitionLine:
-        return ast.DefinitionLine(parts[0], parts[2])
+        name, _, value = parts
+        return ast.DefinitionLine(name, value)
 
     def state(self, parts: list[Any]) -> ast.StateBlock:
         if len(parts) > 1 and isinstance(parts[1], ast.CallSyntax):
@@ -166,7 +169,8 @@ class TreeBuilder:
         return ast.AssignSyntax(*parts)
 
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
-        raised, delay = parts[0], parts[2] if len(parts) > 1 else None
+        raised, *after = parts
+        delay = after[-1] if after else None
         if isinstance(raised, ast.CallSyntax):
             return ast.RaiseSyntax(raised.name, delay, raised)
         return ast.RaiseSyntax(raised, delay)
@@ -213,7 +217,8 @@ class TreeBuilder:
         return ast.CallSyntax(parts[0], arguments, parts[-1], 1 + max(map(depth_of, arguments), default=0))
 
     def named(self, parts: list[Any]) -> ast.Named:
-        return ast.Named(parts[0], parts[2], depth_of(parts[2]))
+        name, _, value = parts
+        return ast.Named(name, value, depth_of(value))
 
     def bad(self, parts: list[Any]) -> ast.BadLine:
         nameless = _NAMELESS.match(parts[0]) is not None

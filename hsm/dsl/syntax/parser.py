@@ -30,6 +30,7 @@ _TAB = "a tab cannot be used here"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
+_DECLARES_NOTHING = re.compile(r" *(?:initial|do|entry|exit|on|when|else|after|every|stay|property|assume|defer)\b")
 
 
 class TreeBuilder:
@@ -221,8 +222,17 @@ class TreeBuilder:
         return ast.Named(name, value, depth_of(value))
 
     def bad(self, parts: list[Any]) -> ast.BadLine:
-        nameless = _NAMELESS.match(parts[0]) is not None
-        return ast.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]), nameless)
+        line, *items = parts
+        text = line.partition("#")[0] if "\n" not in line else line
+        names = frozenset(_NAME.findall(text))
+        return ast.BadLine(names, _declared(text, names), tuple(items))
+
+
+def _declared(text: str, names: frozenset[str]) -> frozenset[str] | None:
+    """What a line may declare that cannot be read; None where that may be anything."""
+    if not text or _DECLARES_NOTHING.match(text):
+        return frozenset()
+    return None if _NAMELESS.match(text) or not names else names
 
 
 @dataclass(frozen=True, slots=True)

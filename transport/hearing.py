@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from transport.bus import Bus
 from transport.keys import RobotKeys
-from transport.ros_graph import topic_token
+from transport.ros_graph import is_domain, topic_token
 
 LISTENED = 1.0
 """How long to listen, s: a sensor sends several messages in that time."""
@@ -42,7 +42,7 @@ def topic_of(key: str) -> Topic | None:
     if token is not None:
         return Topic("rmw_zenoh", token.domain, token.path, token.dds_type) if token.kind == "MP" else None
     parts = key.split("/")
-    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and parts[0].isdecimal():
+    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and is_domain(parts[0]):
         return Topic("rmw_zenoh", int(parts[0]), "/".join(parts[1:-2]), parts[-2])
     return None if key.startswith("@") else Topic("bridge", 0, key)
 

@@ -45,10 +45,15 @@ class TopicToken(NamedTuple):
     type_hash: str
 
 
+def is_domain(text: str) -> bool:
+    """Whether a part of a key is the number of a ROS domain."""
+    return text.isdecimal() and len(text) <= 9
+
+
 def topic_token(key: str) -> TopicToken | None:
     """The token that a key is; None for the token of a node and for any other key."""
     space, *parts = key.split("/")
-    if space != _SPACE or len(parts) < 11 or not parts[0].isdecimal():
+    if space != _SPACE or len(parts) < 11 or not is_domain(parts[0]):
         return None
     domain, _session, _node, _entity, kind, _enclave, _namespace, _name, topic, dds_type, type_hash, *_ = parts
     return TopicToken(int(domain), kind, topic.strip("%").replace("%", "/"), dds_type, type_hash)

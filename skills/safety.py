@@ -203,13 +203,8 @@ def looked_round(points: Points, box: RoundedBox, beside: Beside) -> tuple[float
 
 
 @compiled
-<<<<<<< HEAD
 def room_ahead(points: Points, beside: Beside) -> float:
-    """From what is at the left to what is at the right, from the robot's rear up to a little ahead, m.
-=======
-def room_ahead(points: Points, bounds: tuple[float, float, float, float]) -> float:
     """From what is on the left to what is on the right, from the robot's rear up to a little ahead, m.
->>>>>>> main
 
     Args:
         points: what is near, in the robot's frame, m, shape (n, 2).

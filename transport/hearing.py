@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from transport.bus import Bus
 from transport.keys import RobotKeys
-from transport.ros_graph import is_domain, topic_token
+from transport.ros_tokens import is_domain, topic_token
 
 LISTENED = 1.0
 """How long to listen, s: a sensor sends several messages in that time."""

@@ -25,7 +25,8 @@ from transport import codec
 from transport.bus import Bus, Newest
 from transport.keys import RobotKeys
 from transport.messages import Navigation, Pose
-from transport.ros_graph import RosGraph, RosSender, topic_token
+from transport.ros_graph import RosGraph, RosSender
+from transport.ros_tokens import topic_token
 
 SERVICES = ("send_goal", "get_result", "cancel_goal")
 FEEDBACK, STATUS = "feedback", "status"

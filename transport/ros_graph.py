@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import struct
 import time
-from typing import NamedTuple
 
 import xxhash
 
 from transport.bus import Bus, Publisher
 from transport.keys import RobotKeys
+from transport.ros_tokens import SPACE
 
 NODE = "maze_machine"
 """The name of a controller's node, in the robot's namespace."""
@@ -22,41 +22,6 @@ NODE = "maze_machine"
 # Only what differs from the default (reliable, volatile, keep the last 42) is named: the newest one only; best effort;
 # ten, as ROS has it for services.
 _COMMANDS, _SENSORS, _SERVICES = "::,1:,:,:,,", "2::,1:,:,:,,", "::,10:,:,:,,"
-
-
-_SPACE = "@ros2_lv"
-
-
-class TopicToken(NamedTuple):
-    """What the token of a publisher, a subscriber, a client or a server says.
-
-    Attributes:
-        domain: the ROS domain.
-        kind: ``MP`` of a publisher, ``MS`` of a subscriber, ``SC`` of a client, ``SS`` of a server.
-        path: the topic's or the service's ROS name without its leading slash.
-        dds_type: its type as DDS spells it.
-        type_hash: the hash of its type.
-    """
-
-    domain: int
-    kind: str
-    path: str
-    dds_type: str
-    type_hash: str
-
-
-def is_domain(text: str) -> bool:
-    """Whether a part of a key is the number of a ROS domain."""
-    return text.isdecimal() and len(text) <= 9
-
-
-def topic_token(key: str) -> TopicToken | None:
-    """The token that a key is; None for the token of a node and for any other key."""
-    space, *parts = key.split("/")
-    if space != _SPACE or len(parts) < 11 or not is_domain(parts[0]):
-        return None
-    domain, _session, _node, _entity, kind, _enclave, _namespace, _name, topic, dds_type, type_hash, *_ = parts
-    return TopicToken(int(domain), kind, topic.strip("%").replace("%", "/"), dds_type, type_hash)
 
 
 class RosGraph:
@@ -100,7 +65,7 @@ class RosGraph:
             self._name,
         )
         self._entities += 1
-        parts = [_SPACE, str(self._domain), *node]
+        parts = [SPACE, str(self._domain), *node]
         if key:
             _domain, *topic, dds_type, type_hash = key.split("/")
             parts += [_mangled("/" + "/".join(topic)), dds_type, type_hash, quality]

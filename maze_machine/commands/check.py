@@ -55,8 +55,6 @@ def check(
 
     Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
     """
-    from importlib.metadata import version
-
     from hsm.dsl import check_file
     from hsm.dsl.reporting import render
     from hsm.model.diagnostics import Severity
@@ -86,6 +84,8 @@ def check(
     if json:
         print(render.as_json(findings))
     elif sarif:
+        from importlib.metadata import version
+
         print(render.as_sarif(findings, version("maze-machine")))
     else:
         print_findings(findings, sources, named)

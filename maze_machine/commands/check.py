@@ -54,7 +54,7 @@ def check(
 
     Example: `maze-machine check my.maze-machine --deep`
 
-    Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
+    Example: `maze-machine check my.maze-machine --ignore N --sarif > check.sarif`
     """
     from hsm.dsl import check_file
     from hsm.dsl.reporting import render

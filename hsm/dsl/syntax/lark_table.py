@@ -12,7 +12,7 @@ from typing import Any
 
 from lark import Lark
 
-from hsm.dsl.syntax.parse_table import PlainGrammar, Row, Rule
+from hsm.dsl.syntax.parse_table import PlainGrammar, Row, GrammarRule
 
 
 def grammar_of(lark: Lark) -> PlainGrammar:
@@ -23,7 +23,7 @@ def grammar_of(lark: Lark) -> PlainGrammar:
     """
     conf = lark.parse_interactive().parser_state.parse_conf
     numbers: dict[Any, int] = {}
-    rules: list[Rule] = []
+    rules: list[GrammarRule] = []
     rows: list[Row] = []
     for number in range(len(conf.states)):
         row: Row = {}
@@ -41,14 +41,14 @@ def grammar_of(lark: Lark) -> PlainGrammar:
     return PlainGrammar(pattern, symbols, tuple(rows), tuple(rules), conf.start_state, conf.end_state)
 
 
-def _rule(rule: Any) -> Rule:
+def _rule(rule: Any) -> GrammarRule:
     """A rule with what lark's own builder of trees would do: which parts it drops and which it takes over as lists."""
     options, parts = rule.options, rule.expansion
     kept = [at for at, one in enumerate(parts) if options.keep_all_tokens or not (one.is_term and one.filter_out)]
     joined = [at for at in kept if not parts[at].is_term and parts[at].name.startswith("_")]
     method = str(rule.alias or options.template_source or rule.origin.name)
     passes = bool(options.expand1) and rule.alias is None
-    return Rule(
+    return GrammarRule(
         len(parts),
         intern(str(rule.origin.name)),
         "" if method.startswith("_") else method,

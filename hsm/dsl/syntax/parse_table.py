@@ -17,7 +17,7 @@ Row: TypeAlias = dict[str, int]
 """For each kind of token, and each rule that has just ended, the state to go to; or ``~n`` if rule ``n`` ends here."""
 
 
-class Rule(NamedTuple):
+class GrammarRule(NamedTuple):
     """A rule of the grammar, one of its alternatives.
 
     Attributes:
@@ -52,7 +52,7 @@ class PlainGrammar(NamedTuple):
     pattern: str
     symbols: dict[str, str]
     rows: tuple[Row, ...]
-    rules: tuple[Rule, ...]
+    rules: tuple[GrammarRule, ...]
     start: int
     end: int
 
@@ -82,7 +82,7 @@ class ParseTable:
         return cls(grammar.rows, reductions, grammar.start, grammar.end)
 
 
-def _build(rule: Rule, builder: object) -> Callable[[list[Any]], Any] | None:
+def _build(rule: GrammarRule, builder: object) -> Callable[[list[Any]], Any] | None:
     size, _, method, kept, joined, passes = rule
     if passes and size == 1 and kept == (0,) and not joined:
         return None

@@ -15,7 +15,7 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
-from hsm.dsl.syntax.parse_table import PlainGrammar, Rule
+from hsm.dsl.syntax.parse_table import PlainGrammar, GrammarRule
 
 _CHECKSUM = 32  # bytes
 _FORMAT = 2
@@ -73,7 +73,7 @@ def _restored(payload: bytes) -> PlainGrammar:
     """
     pattern, symbols, rows, rules, start, end = json.loads(payload)
     restored = [
-        Rule(size, name, method, tuple(chosen), tuple(joined), passes)
+        GrammarRule(size, name, method, tuple(chosen), tuple(joined), passes)
         for size, name, method, chosen, joined, passes in rules
     ]
     return PlainGrammar(pattern, symbols, tuple(rows), tuple(restored), start, end)

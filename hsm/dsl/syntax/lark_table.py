@@ -12,7 +12,7 @@ from typing import Any
 
 from lark import Lark
 
-from hsm.dsl.syntax.parse_table import PlainGrammar, Row, GrammarRule
+from hsm.dsl.syntax.parse_table import GrammarRule, PlainGrammar, Row
 
 
 def grammar_of(lark: Lark) -> PlainGrammar:

@@ -15,7 +15,7 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
-from hsm.dsl.syntax.parse_table import PlainGrammar, GrammarRule
+from hsm.dsl.syntax.parse_table import GrammarRule, PlainGrammar
 
 _CHECKSUM = 32  # bytes
 _FORMAT = 2

@@ -169,11 +169,11 @@ class Maze:
     Attributes:
         name: the maze's name.
         walls: the walls.
-        start: where the first robot is put down.
+        start: where the first robot is placed.
         exits: the ways out; the outside lies to the left when one goes from an exit's first end to its second.
         doors: the doors, all closed at the beginning.
         objects: what moves.
-        others: where further robots are put down, in order.
+        others: where further robots are placed, in order.
         time_limit: how long all attempts together may take, s; infinite where the maze belongs to no challenge.
         unknown: edges of what a map knows: neither a robot nor a beam passes them.
         goal: the goal.
@@ -208,7 +208,7 @@ class Maze:
 
     @property
     def starts(self) -> tuple[Start, ...]:
-        """Where robots are put down, in order."""
+        """Where robots are placed, in order."""
         return (self.start, *self.others)
 
     @property

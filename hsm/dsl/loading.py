@@ -64,7 +64,7 @@ def load_model(path: str | Path, library: Library, assumed: Sequence[str] = ()) 
 
 
 def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
-    """The machine in a text; imports are looked for beside ``file``.
+    """The machine in a text; imports are searched for beside ``file``.
 
     Raises:
         MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
@@ -89,7 +89,7 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
-    """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
+    """Check a text as ``check_file`` does; imports are searched for beside ``file``."""
     return _Loader(library).check(text, file, remarks=remarks)
 
 

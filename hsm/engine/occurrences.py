@@ -37,7 +37,7 @@ def checked_events(model: Model, events: Iterable[OutsideInput]) -> list[Outside
         TypeError: it is not a list or one text, something in the list is not an event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
-            missing, unknown or given twice, the parameter is not adjustable, or a value is infinite, no number or out
+            missing, unknown or given twice, the parameter is not adjustable, or a value is infinite, NaN or out
             of bounds.
     """
     if isinstance(events, str):

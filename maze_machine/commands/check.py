@@ -64,7 +64,7 @@ def check(
     from maze_machine.catalogue.project import find_project
 
     if json and sarif:
-        raise UsageError("--json does not go with --sarif", "one form at a time")
+        raise UsageError("--json cannot be combined with --sarif", "one form at a time")
     findings: list[Diagnostic] = []
     sources: dict[str, str] = {}
     named = named_files(files or [])

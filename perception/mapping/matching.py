@@ -107,7 +107,7 @@ def matched(
         guess: of the robot's pose in the reference's frame.
         prior: information of the guess, with axes of the robot's frame; None for a guess that shall not weigh.
         settings: how near, how often.
-        start: where to begin, where that is not the guess; then walls are looked for as near as at the end.
+        start: where to begin, where that is not the guess; then walls are searched for as near as at the end.
     """
     if len(cloud) < settings.least_points or len(reference.cloud) < settings.least_points:
         return None

@@ -315,7 +315,7 @@ class PlaceSettings(Settings):
     pieces: Count = 2
     """This many pieces of the search are done in a tick."""
     blocks: Count = 120
-    """The best blocks of cells are looked at cell by cell."""
+    """The best blocks of cells are examined cell by cell."""
     candidates: Count = 16
     """The best places are matched in full."""
     hypotheses: Count = 8

@@ -73,8 +73,8 @@ class Surveyor:
         mapper: the map.
         free_space: where the robot can drive.
         confidence: whether it knows where the robot is; while it does not, nothing enters the map.
-        sure: whether this tick's scan has been looked at and fits the map.
-        surprised: whether the last scan that was looked at shows something amid free cells, such as a door that has
+        sure: whether this tick's scan has been examined and fits the map.
+        surprised: whether the last scan that was examined shows something amid free cells, such as a door that has
             shut; such scans are drawn at once.
         supposed: where the robot is said to be on a map that was made before, until a scan shows it.
         began: where the run began on the map; None where nobody has said it.
@@ -200,7 +200,7 @@ class Surveyor:
     def see(self, sweep: ScanPoints) -> None:
         """Process the tick's scan, if it is its turn, and a part of the work on loops.
 
-        Where the last matches had to correct odometry much, each scan is looked at, else every second one.
+        Where the last matches had to correct odometry much, each scan is examined, else every second one.
         """
         known, looked = self.knowledge is Knowledge.KNOWN, True
         if self.supposed is not None:
@@ -211,7 +211,7 @@ class Surveyor:
             self._look(sweep)
         else:
             looked = False
-        # Only what has been looked at enters the map: the robot may have been carried since the last scan.
+        # Only what has been examined enters the map: the robot may have been carried since the last scan.
         self.sure = looked and self.knowledge is Knowledge.KNOWN and self.mapper.fits
         self._undrawn += 1
         if self.sure and (self.surprised or self._undrawn >= self.settings.free_space.every):

@@ -76,7 +76,7 @@ def goal_of(facts: Facts, plan: ShortestWays, destination: Destination) -> Point
     Args:
         facts: of the tick; there is a map.
         plan: the ways from the robot.
-        destination: what is looked for.
+        destination: what is searched for.
     """
     world = facts.world
     assert world.surveyor is not None

@@ -39,6 +39,13 @@ from hsm.model.registry import Choosy, Parameter
 from hsm.model.types import BOOLEAN
 from hsm.model.values import dataclass
 
+_NO_STATES = {
+    "self": "write the name of the state: a transition to the state itself leaves and enters it",
+    **dict.fromkeys(("null", "None", "none", "nil"), "a transition that leaves no state has no target: `on go / ...`"),
+    "end": "declare it: `final end`",
+}
+"""Words of other languages that name no state here, each with a suggestion."""
+
 
 @dataclass(slots=True)
 class Behaviour:
@@ -94,7 +101,9 @@ class Behaviour:
             hint = guess.text
             if call.name.value in self.context.library.actions:
                 hint = f"`{call.name}` is an action, which takes no time: write it after a slash"
-            hint = hint or "`maze-machine list activities` shows what there is"
+            if call.name.value in ("wait", "sleep", "delay"):
+                hint = "wait in a state that a time-out leaves: `after 3 s -> ...`"
+            hint = hint or "`maze-machine list activities` lists them"
             self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
         if guess.name is None:
             self.look_at(call)
@@ -217,13 +226,18 @@ class Behaviour:
         if name in doubtful or owner in doubtful:
             self.context.symbols.entered.add_unknown()
             return None
+        if dot and owner in self.context.symbols.states and self.context.symbols.states[owner].instance is None:
+            inside = suffix in self.context.symbols.states
+            hint = f"the name alone is enough: `{suffix}`" if inside else f"there is no state `{suffix}` in `{owner}`"
+            self.context.add("E0201", name, f"there is no state `{name}`", hint)
+            return self.context.symbols.states.get(suffix, self.context.symbols.states[owner])
         if dot and owner in self.context.symbols.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
             self.context.add("E0201", name, f"a state inside the instance `{owner}` cannot be a target", hint)
             return self.context.symbols.states[owner]
         wanted = owner if dot and suffix in HISTORY else str(name)
         close = self.context.report.guess(wanted, self.context.symbols.states)
-        hint = f"name the state: `state.{name}`" if name in HISTORY else close.text or "declare it, or correct the name"
+        hint = f"name the state: `state.{name}`" if name in HISTORY else _NO_STATES.get(name, close.text or "")
         place = self.context.place(name)
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
@@ -271,7 +285,7 @@ class Behaviour:
         data = self.declarations.data.get(str(line.event))
         if data is None and line.data.arguments:
             hint = f"declare at the top of the file what it carries: `event {line.event}(NAME : TYPE)`"
-            self.context.add("E0213", line.event, f"event `{line.event}` carries nothing", hint)
+            self.context.add("E0213", line.event, f"event `{line.event}` carries no data", hint)
             return None
         fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
         return self.context.scope.arguments(line.data, fields, f"event `{line.event}`")
@@ -313,7 +327,7 @@ class Behaviour:
             hint = guess.text
             if name.value in self.context.library.activities:
                 hint = f"`{name}` is an activity, which takes time: write it after `do`"
-            hint = hint or "`maze-machine list actions` shows what there is"
+            hint = hint or "`maze-machine list actions` lists them"
             self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
         if guess.name is None:
             self.look_at(line)

@@ -361,6 +361,8 @@ class Declarations:
         hint = guess.text or self._reporter(name) or _heard(symbol)
         if name in self.context.library.signals:
             hint = f"`{name}` is a signal: `when {name}`"
+        if name in ("entry", "exit"):
+            hint = f"write actions on {name} as `{name} / ...`"
         self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
         symbol.awaited.add_unknown()
         self.heard.add_unknown()

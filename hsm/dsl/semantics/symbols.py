@@ -337,7 +337,7 @@ class _Walker:
     def _not_here(self, instance: StateSymbol, token: Token, message: str) -> None:
         """Report lines that an instance cannot have, once: they probably belong to another state."""
         place = place_of(self.tree.name, token)
-        self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
+        self.report.add_once("E0402", place, message, subject=id(instance), again="this does not belong here either")
         instance.erroneous = True
         instance.reported.add_unknown()
 

@@ -116,7 +116,9 @@ class Scope:
         if enumeration is not None:
             return type_of_enumeration(enumeration)
         hint = meant(name, OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
-        hint = hint or "`maze-machine list types` shows what there is"
+        if name in ("string", "str", "text"):
+            hint = "strings are not supported; declare an enumeration: `enum NAME = VALUE, VALUE`"
+        hint = hint or "`maze-machine list types` lists them"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
 
@@ -344,7 +346,7 @@ class Scope:
                     *(name for name, (event, _) in self.carried.items() if event in self.heard),
                 ],
             )
-            hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
+            hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` lists them"
         self.used.add(close.name or "")
         if close.name is None:
             self.used.add_unknown()
@@ -558,7 +560,7 @@ class Scope:
     def _mismatch(
         self, left: Type, right: Type, operator: str, place: Place, operands: tuple[Expression, Expression]
     ) -> None:
-        message = f"`{operator}` cannot join {in_words(left)} and {in_words(right)}"
+        message = f"`{operator}` cannot combine {in_words(left)} and {in_words(right)}"
         related = tuple(
             Related(operand.place, f"this is {in_words(operand.type)}")
             for operand in operands

@@ -57,7 +57,7 @@ def _read(file: Path) -> bytes:
     with file.open("rb") as source:
         found = os.fstat(source.fileno())
         if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
-            raise ValueError("somebody else can write to it")
+            raise ValueError("other users can write to it")
         content = source.read()
     checksum, payload = content[:_CHECKSUM], content[_CHECKSUM:]
     if sha256(payload).digest() != checksum:

@@ -342,7 +342,7 @@ class _Search:
                     missed = self._missed(str(goal[0]), index, *how)
                     reason = self._why_not(index)
                     if goal in self.impossible:
-                        reason = f"it cannot be: {self.impossible[goal]}"
+                        reason = f"impossible: {self.impossible[goal]}"
                     line = transition.place.line if transition.place else None
                     proved = self.proved or goal in self.impossible
                     yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line, proved)
@@ -364,7 +364,7 @@ class _Search:
     def _bound(self) -> str:
         """How certain it is that a goal cannot be reached."""
         if self.proved:
-            return "it cannot be: proved for all runs"
+            return "impossible: proved for all runs"
         return f"not found in {self.steps} steps from {len(self.parents)} states"
 
     def _possible(self) -> Possible | None:

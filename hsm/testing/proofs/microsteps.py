@@ -189,7 +189,7 @@ class Microsteps:
                     one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition][3] != label
                 ]
             case _:
-                raise Undecided(f"an action of a kind that proofs do not support ({action.place})")
+                raise Undecided(f"an action that proofs do not support ({action.place})")
         return TRUE
 
     def _carried(

@@ -151,7 +151,7 @@ def parse_assignment(text: str, model: Model, library: Library, file: str = "<te
     settings = [part for line in read_lines(f"    given {text}", report) if line.kind == "given" for part in line.parts]
     found = [one for one in map(reader.assignment, settings) if one is not None]
     if not report.found and len(found) != 1:
-        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one variable a value")
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not set one variable")
     if report.found:
         raise MachineError(report.found)
     return found[0]
@@ -168,7 +168,7 @@ def parse_signal(text: str, model: Model, library: Library, file: str = "<text>"
     lines = [line for line in read_lines(f"    when {text}", report) if line.kind == "step"]
     signals = [found for line in lines for found in reader.stimulus(line).signals.items()]
     if not report.found and len(signals) != 1:
-        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one signal a value")
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not set one signal")
     if report.found:
         raise MachineError(report.found)
     return signals[0]

@@ -62,14 +62,14 @@ def _blocks(tree: ast.File, wanted: set[int]) -> Mapping[int, Sequence[int]]:
     while stack:
         item, lines = stack.pop()
         if isinstance(item, ast.StateBlock):
-            own = item.name.line or 0
+            own = item.name.line
             around[own] = list(lines)
             inner = (own, *lines) if own in wanted else lines
             stack.extend((one, inner) for one in item.items)
         elif isinstance(item, ast.TransitionLine):
-            around[item.keyword.line or 0] = list(lines)
+            around[item.keyword.line] = list(lines)
         elif isinstance(item, ast.DoLine):
-            around[item.call.name.line or 0] = list(lines)
+            around[item.call.name.line] = list(lines)
     return around
 
 

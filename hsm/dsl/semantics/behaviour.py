@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import field
 
-from lark import Token
-
 from hsm.dsl.semantics.analysis import Stay
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.engine.clock import nanoseconds
 from hsm.model.chart import (
     Action,
@@ -361,7 +360,7 @@ class Behaviour:
         was_used = name in self.context.scope.used.known
         node = line.value
         if line.operator != "=":
-            operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)
+            operator = line.operator.instead(line.operator[0])
             node = ast.BinarySyntax(operator, name, node, 1 + ast.depth_of(node))
         value = self.context.scope.value(node, declared.type)
         if not was_used and line.operator != "=":

@@ -227,7 +227,7 @@ class _Compiler:
             tuple(self.declarations.parameters),
             self.declarations.derived,
             tuple(files),
-            self.context.tree.comment_above(heading.name.line or 1) if heading is not None else "",
+            self.context.tree.comment_above(heading.name.line) if heading is not None else "",
             stated,
             frozenset((*self.declarations.events, *self.context.library.events)),
             enumerations=self.context.scope.own_enumerations(),
@@ -373,7 +373,7 @@ class _Compiler:
             activity=base.activity if machine else self.behaviour.activity(symbol),
             transitions=tuple(numbers),
             instance=str(symbol.instance.name) if symbol.instance is not None else None,
-            doc=self.context.tree.comment_above(token.line or 1) if token is not None and nested else "",
+            doc=self.context.tree.comment_above(token.line) if token is not None and nested else "",
             place=self.context.place(token) if token is not None else None,
         )
 

@@ -7,8 +7,6 @@ from dataclasses import field, replace
 from enum import StrEnum
 from typing import cast
 
-from lark import Token
-
 from hsm.dsl.semantics import bounds
 from hsm.dsl.semantics.analysis import Unused
 from hsm.dsl.semantics.context import Context
@@ -17,6 +15,7 @@ from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.semantics.values import Declared, Definition
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.engine.inputs import follow
 from hsm.model.chart import Adjustable, EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import State
 from hsm.model.expressions import Active, Binary, Expression, Literal
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
@@ -101,7 +100,7 @@ def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, repor
     last = last_token(line.within if line.within is not None else line.conditions[-1])
     place = place_of(report.file, line.name, last)
     # The last token may be followed by brackets that close; a comment belongs to no claim.
-    text = source[place.line - 1][(line.keyword.column or 1) - 1 :].partition("#")[0].rstrip()
+    text = source[place.line - 1][line.keyword.column - 1 :].partition("#")[0].rstrip()
     return Property(str(line.name), _claim(line.kind, given, within or 0.0), text, place)
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import field
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import Model, StateKind
 from hsm.model.diagnostics import Related
 from hsm.model.values import dataclass
@@ -378,5 +377,5 @@ def _start_of(tree: ast.File) -> Token:
         words = line.partition("#")[0].split()
         if words:
             column = line.index(words[0]) + 1
-            return Token("NAME", words[0], 0, number, column, number, column + len(words[0]))
-    return Token("NAME", "", 0, 1, 1, 1, 2)
+            return Token("NAME", words[0], (number, column, number, column + len(words[0])))
+    return Token("NAME", "", (1, 1, 1, 2))

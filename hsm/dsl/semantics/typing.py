@@ -8,8 +8,6 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.numbers import number
@@ -30,6 +28,7 @@ from hsm.dsl.semantics.values import (
 )
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import Place, Related
 from hsm.model.expressions import (
     Active,

@@ -39,7 +39,7 @@ STANDING = np.zeros((1, 3))
 
 
 class Beside(NamedTuple):
-    """Where the room beside the robot is looked for, m in its frame.
+    """The area beside the robot that counts for its room, m in its frame.
 
     Attributes:
         rear: how far the outline reaches back (negative).

@@ -20,8 +20,8 @@ def without_doubtful(findings: Sequence[Diagnostic], lines: Sequence[str]) -> li
 
     After a wrongly indented line it is unclear which lines belong to which state, in the outermost block around it and
     in the previous one. Diagnostics there that depend on it are suppressed until the line is corrected. After a line
-    that a state cannot have, or has already, the same holds for remarks. A line that says too little goes on in the
-    next one if that cannot be read.
+    that a state cannot have, or has already, the same holds for remarks. A line that says too little
+    continues in the next one if that cannot be read.
 
     Args:
         findings: all of a file.

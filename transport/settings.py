@@ -37,7 +37,7 @@ class LinkSettings(Settings):
     navigation_frame: Topic = "map"
     """The frame in which that goal is given."""
     dead_man: Positive = 0.25
-    """The robot's side stops the base when it has accepted no command for this long, s."""
+    """The robot's side stops the base when it has accepted no command for this long, s; in a profile 2 at most."""
     answer_age: Positive = 0.35
     """The robot's side rejects a command that answers an observation older than this, s."""
     patience: Positive = 1.0

@@ -6,9 +6,9 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, Field, ValidationError
 
 from maze_machine.catalogue.project import default_robot
 from maze_machine.catalogue.shipped import find_file
@@ -31,12 +31,28 @@ class ProfileError(FileError):
     """A profile that cannot be used; the message names the file, the key, the reason and a suggestion."""
 
 
+LONGEST_BLIND = 2.0
+"""A robot may drive on without a new look or a new command for this long at most, s."""
+
+
+def _stops_soon(link: LinkSettings) -> LinkSettings:
+    """Refuse a link whose robot drives on for long after it has lost its eyes or its controller."""
+    for key in ("dead_man", "answer_age", "stale"):
+        value = getattr(link, key)
+        if value > LONGEST_BLIND:
+            raise ValueError(
+                f"must have `{key}` of at most {LONGEST_BLIND:g} s, not {value:g}: for that time the robot drives on "
+                "without seeing anything new, or without a command"
+            )
+    return link
+
+
 class Profile(Settings):
     """The settings of a robot; the sections of a profile file."""
 
     robot: RobotDescription = RobotDescription()
     """The robot's body: shape, limits, laser, period."""
-    link: LinkSettings = LinkSettings()
+    link: Annotated[LinkSettings, AfterValidator(_stops_soon)] = LinkSettings()
     """How to reach the robot, and the timeouts of both sides."""
     perception: PerceptionSettings = PerceptionSettings()
     """Thresholds and sizes of perception; those left out grow with the robot."""

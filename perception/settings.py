@@ -212,7 +212,7 @@ class DoorSettings(Settings):
     passage_margin: LengthOrZero = 0.05
     """Free space wanted on each side of the robot for passing an open door, m."""
     inner_share: Share = 0.8
-    """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls beyond it."""
+    """The inner share of a door's width is examined for its opening; beams at its edges meet the walls beyond it."""
     seen_depth: Length = 0.08
     """A beam that goes so far beyond the door's place goes through it, m."""
     opened_depth: Length = 0.3

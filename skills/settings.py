@@ -27,7 +27,7 @@ class MotionSettings(Settings):
     dead_zone: Positive = 0.02
     """Errors of the position below this are left alone, m."""
     look_ahead: Length = 0.5
-    """How far in front the walls that guide the robot are looked at, m."""
+    """How far in front the walls that guide the robot are examined, m."""
     standoff: Length = 0.2
     """Free way ahead of the robot's centre at which it has no speed left, m."""
     slow_gain: Positive = 1.5
@@ -76,7 +76,7 @@ class OpeningSettings(Settings):
     same_wall: Length = 0.2
     """How far aside from the wall beside the robot its continuation may lie, m."""
     into: Length = 1.0
-    """How far aside the bounds of the opening are looked for, m."""
+    """How far aside the bounds of the opening are searched for, m."""
     behind: Length = 0.5
     """What lies farther back than this is not the wall beside the robot, m."""
     least_speed: Speed = 0.1

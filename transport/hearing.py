@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from transport.bus import SESSION, Bus
 from transport.keys import RobotKeys
+from transport.ros_tokens import is_domain, topic_token
 from transport.wording import printable
 
 LISTENED = 1.0
@@ -36,19 +37,13 @@ class Topic(NamedTuple):
         return f"`{self.path}`" + (f" ({self.kind})" if self.kind else "")
 
 
-def _is_domain(text: str) -> bool:
-    """Whether a part of a key is the number of a ROS domain."""
-    return text.isdecimal() and len(text) <= 9
-
-
 def topic_of(key: str) -> Topic | None:
     """The topic of a key or of a liveliness token of a publisher; None for what is neither."""
+    token = topic_token(key)
+    if token is not None:
+        return Topic("rmw_zenoh", token.domain, token.path, token.dds_type) if token.kind == "MP" else None
     parts = key.split("/")
-    if parts[0] == "@ros2_lv":
-        if len(parts) < 12 or parts[5] != "MP" or not _is_domain(parts[1]):
-            return None
-        return Topic("rmw_zenoh", int(parts[1]), parts[9].strip("%").replace("%", "/"), parts[10])
-    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and _is_domain(parts[0]):
+    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and is_domain(parts[0]):
         return Topic("rmw_zenoh", int(parts[0]), "/".join(parts[1:-2]), parts[-2])
     return None if key.startswith("@") or key.endswith(f"/{SESSION}") else Topic("bridge", 0, key)
 

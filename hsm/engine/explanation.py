@@ -23,10 +23,10 @@ class Verdict(Enum):
     PREEMPTED = "another transition that was taken leaves the same states"
     FALSE = "its condition did not hold"
     EARLIER = "another transition came first"
-    NOT_DUE = "its time had not come"
+    NOT_DUE = "it was not due"
     FAILED = "its condition could not be evaluated"
     UNDONE = "one of its actions failed, and it was undone"
-    ABSENT = "none of its events came"
+    ABSENT = "none of its events arrived"
 
 
 @dataclass(frozen=True, slots=True)

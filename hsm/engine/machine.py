@@ -38,7 +38,7 @@ class Machine(CompiledChart, Generic[F, E]):
 
         Raises:
             ValueError: a parameter is unknown, one without a default is missing, or a number is out of bounds, infinite
-                or no number.
+                or NaN.
             TypeError: a parameter or the time is of the wrong type.
             MachineFault: an action failed.
         """

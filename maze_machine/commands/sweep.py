@@ -90,7 +90,7 @@ def sweep(
     from transport.files import locked
 
     if scheduler is not None and workers is not None:
-        raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
+        raise UsageError("--workers cannot be combined with --scheduler", "the cluster has its own workers")
     check_outputs({"--out": out, "--columns": columns}, [*_each(machines), *_each(mazes)])
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     words.choices()

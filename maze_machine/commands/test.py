@@ -141,7 +141,7 @@ def test(
     from maze_machine.report.waiting import waiting
 
     if output is not None and not generate:
-        raise UsageError("--output goes with --generate")
+        raise UsageError("--output needs --generate")
     if generate or mutate:
         unused = {
             "--mutate": generate and mutate,

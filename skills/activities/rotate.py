@@ -30,7 +30,7 @@ PUSHED = 0.05
 SHARE = 0.5
 """For this share of its turn the robot makes room beforehand, where something comes nearer."""
 WATCHED = 0.7
-"""As long as it has turned less than this, it is looked at whether something comes nearer, rad."""
+"""While it has turned less than this, the skill checks whether something comes nearer, rad."""
 ASKEW = 0.15
 """Off its course by more than this it turns back before it backs, rad."""
 

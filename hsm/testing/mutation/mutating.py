@@ -112,7 +112,7 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
 
 
 def _unmarked(transition: Transition) -> bool:
-    """Whether a transition may have been looked at although no path through its guard was marked."""
+    """Whether a transition may have been examined although no path through its guard was marked."""
     return isinstance(transition.trigger, Timed) or (
         guard_of(transition) is not None and not decision_of(transition).conditions
     )

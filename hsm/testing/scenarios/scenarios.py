@@ -108,11 +108,11 @@ class ExpectationClause:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What is expected to hold now, or to come to hold.
+    """What is expected to hold now, or to become true.
 
     Attributes:
         claims: all of them.
-        within: seconds within which they come to hold together; None for now.
+        within: seconds within which they become true together; None for now.
         place: where it is written.
     """
 

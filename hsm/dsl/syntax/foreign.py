@@ -1,4 +1,4 @@
-"""Recognises files that are no machine, so that one message names what they are and which command reads them."""
+"""Recognises files that are not machines, so that one message names what they are and which command reads them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Foreign(NamedTuple):
-    """A kind of file that is no machine.
+    """A kind of file that is not a machine.
 
     Attributes:
         kind: what it is, for a person.
@@ -43,7 +43,7 @@ _PYTHON = Foreign("a program in Python", _WRITE)
 
 
 def foreign(content: bytes, name: str | Path) -> Foreign | None:
-    """What a file is that is certainly no machine; None of one that may be meant as a machine.
+    """What a file is that is certainly not a machine; None of one that may be meant as a machine.
 
     Args:
         content: all of it.

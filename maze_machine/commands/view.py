@@ -148,7 +148,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
         page = served(host, port, head, operate=machine.ask, simulation=simulation)
         with page:
             announce(page)
-            ending = {"line": "the machine does not answer any more: the run is over, or the link is", "stands": False}
+            ending = {"line": "the machine does not answer any more: the run is over, or the link is", "solved": False}
             shown, foreign = None, None
             try:
                 for step in looked_on(machine, SILENCE):
@@ -157,7 +157,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
                         page.publish(partial(dict, step))
                     shown = step["tick"]
                     if "ended" in step:
-                        ending = {**step["ended"], "stands": True}
+                        ending = step["ended"]
                         break
             except ForeignMessageError as error:
                 foreign, ending = error, {**ending, "line": str(error)}

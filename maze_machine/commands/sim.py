@@ -68,6 +68,7 @@ def sim(
 
     from maze_machine.arguments.network import joined
     from maze_machine.catalogue.profile import chosen_profile
+    from maze_machine.errors import UsageError
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
@@ -79,6 +80,8 @@ def sim(
     profile = chosen_profile(robot, None, settings or ())
     description = profile.robot
     realtime = realtime or not profile.link.gate
+    if realtime and speed is not None:
+        raise UsageError("--speed is for a simulator that waits for its controller", "leave it out in real time")
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     drawn = find_maze(maze, words.choices(), robot=description)
     world = simulator_settings(simulate or (), fault or ())

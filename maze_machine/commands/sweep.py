@@ -101,7 +101,7 @@ def sweep(
             with columns_in(columns) as write, shown(len(todo)) as advance:
                 doing = (
                     on_cluster(setup, todo, scheduler)
-                    if scheduler
+                    if scheduler is not None
                     else on_cores(setup, todo, workers or os.cpu_count() or 1)
                 )
                 with doing as done:

@@ -17,9 +17,9 @@ from transport.settings import LinkSettings
 from transport.timeline import Timeline
 
 HALT = 3.0
-"""How long a robot is watched until it stands, s."""
+"""How long a robot is watched until it is at rest, s."""
 SLOW, SLOW_TURN = 0.02, 0.05
-"""A robot that is not faster stands, m/s and rad/s: the noise of odometry."""
+"""A robot that is not faster is at rest, m/s and rad/s: the noise of odometry."""
 _FIRST = 0.02
 """The interval of checks for the first data, s."""
 
@@ -111,7 +111,7 @@ class RealtimeRobot:
         self._driver.drive(replace(command, answers=self._answers))
 
     def halt(self) -> bool:
-        """Keep the robot stopped until its odometry shows that it stands; whether it did so within ``HALT`` seconds."""
+        """Keep the robot stopped until its odometry shows it at rest; whether it did so within ``HALT`` seconds."""
         deadline, before = self._clock.now() + HALT, None
         while self._clock.now() < deadline:
             self.command(Command(STOP))
@@ -120,7 +120,7 @@ class RealtimeRobot:
             self._senses.take(sensed, self._clock.now())
             if sensed.odometry is None or self._senses.refused:
                 continue
-            if before is not None and _stands(before, sensed.odometry):
+            if before is not None and _rests(before, sensed.odometry):
                 return True
             before = sensed.odometry
         return False
@@ -157,8 +157,8 @@ class RealtimeRobot:
         return LinkStatus(*ages, self.reconnects, self._driver.stopped, self._senses.refused)
 
 
-def _stands(before: Odometry, now: Odometry) -> bool:
-    """Whether a robot stood between two odometries, by the velocities that they report and by the poses."""
+def _rests(before: Odometry, now: Odometry) -> bool:
+    """Whether a robot was at rest between two odometries, by the velocities that they report and by the poses."""
     seconds = (now.stamp - before.stamp) / 1e9
     if seconds <= 0.0:
         return False

@@ -45,8 +45,8 @@ class Robot(Protocol):
 
 @runtime_checkable
 class Halting(Protocol):
-    """A robot that moves on by itself, and can be watched until it stands."""
+    """A robot that moves on by itself, and can be watched until it is at rest."""
 
     def halt(self) -> bool:
-        """Keep it stopped until its odometry shows that it stands; whether it did so within a time limit."""
+        """Keep it stopped until its odometry shows it at rest; whether it did so within a time limit."""
         ...

@@ -119,8 +119,8 @@ def _on_page(
         page.seen.wait()
         try:
             yield ShownRun(page.publish, page.end)
-        except Exception as error:  # the page says it, too; a world that waits for its controller stands
-            page.end({"line": str(error), "solved": False, "stands": operated.pausable})
+        except Exception as error:  # the page says it, too; a world that waits for its controller is at rest
+            page.end({"line": str(error), "solved": False, "at_rest": operated.pausable})
             linger(page)
             raise
         linger(page)

@@ -75,7 +75,7 @@ class Ending:
         violations: properties of the machine that did not hold, in words, with time and place.
         broken: its assumptions that did not hold, likewise: no proof speaks of the run from there on.
         unread: why the referee's verdict cannot be read, if it cannot.
-        stands: whether the robot was seen to stand at the end; a world that waits for its controller does.
+        at_rest: whether the robot was seen at rest at the end; a world that waits for its controller is.
     """
 
     outcome: str | None
@@ -89,7 +89,7 @@ class Ending:
     violations: tuple[str, ...] = ()
     unread: str = ""
     broken: tuple[str, ...] = ()
-    stands: bool = True
+    at_rest: bool = True
 
     @property
     def solved(self) -> bool:
@@ -102,7 +102,7 @@ class Ending:
         words = str(self.report["line"]) if "line" in self.report else ended
         lines = [words, self.reason, *self.broken, *self.violations]
         told = {"line": words, "reason": self.reason, "lines": lines}
-        return {**told, "solved": self.solved, "outcome": self.outcome, "stands": self.stands}
+        return {**told, "solved": self.solved, "outcome": self.outcome, "at_rest": self.at_rest}
 
 
 def prepare(
@@ -215,7 +215,7 @@ def drive(
             if limited:
                 reason = f"the time limit of {mission.time_limit:g} s was reached"
                 break
-        stands = not isinstance(robot, Halting) or robot.halt()
+        at_rest = not isinstance(robot, Halting) or robot.halt()
         report, unread = read_verdict({} if referee is None else referee.report())
     assert first is not None
     assert last is not None
@@ -233,7 +233,7 @@ def drive(
         tuple(str(one) for one in violations if not one.assumed),
         unread,
         tuple(str(one) for one in violations if one.assumed),
-        stands,
+        at_rest,
     )
     for watch in watchers:
         if isinstance(watch, EndWatcher):

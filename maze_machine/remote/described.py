@@ -111,7 +111,7 @@ class _Ended(TypedDict):
     lines: list[str]
     outcome: str | None
     reason: NotRequired[str]
-    stands: NotRequired[bool]
+    at_rest: NotRequired[bool]
 
 
 class PublishedTick(TickJson, total=False):

@@ -140,7 +140,7 @@ class RunTerminal(App[None]):
     def _status(self, tick: Tick | None) -> str:
         if self._shown.ending is not None:
             ending = self._shown.ending
-            base = "The base has stopped." if ending.stands else "It is not confirmed that the base has stopped."
+            base = "The base has stopped." if ending.at_rest else "It is not confirmed that the base has stopped."
             return "\n".join([*ending.as_json()["lines"], f"{base} q leaves."])
         if self._said:
             return self._said

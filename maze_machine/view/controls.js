@@ -40,7 +40,7 @@ const controls = (() => {
     over = true;
     for (const one of ["simulation", "sending", "adjusting", "stop"]) element(one).hidden = true;
     const line = said.line || "The run is over", reason = said.solved || !said.reason || line.includes(said.reason) ? "" : ` (${said.reason})`;
-    const base = !DATA.live ? "" : said.stands ? " The base has stopped." : ` I${UNCONFIRMED.slice(1)}`;
+    const base = !DATA.live ? "" : said.at_rest ? " The base has stopped." : ` I${UNCONFIRMED.slice(1)}`;
     status(`${line.replace(/[.]?$/, "")}${reason}.${base}`, said.solved === false || base.includes("not") ? "bad" : "good");
     element("status").title = (said.lines || EMPTY).join("\n");
     app.over();

@@ -167,7 +167,7 @@ class LivePage:
         self._feed.publish(frame)
 
     def end(self, verdict: Frame) -> None:
-        """Show how the run has ended: ``line``, ``lines``, ``reason``, ``solved``; ``stands`` where the base does."""
+        """Show how the run has ended: ``line``, ``lines``, ``reason``, ``solved``; ``at_rest`` where the base is."""
         self._ending = {"end": verdict}
 
     def wait_until_closed(self, grace: float) -> None:

@@ -292,8 +292,8 @@ def test_a_bare_driver_is_driven_without_a_gate(keys: str, door_call: str) -> No
     assert bare.told[-1] == STOP
 
 
-@pytest.mark.parametrize(("brake", "stands"), [(10.0, True), (0.2, True), (0.0, False)])
-def test_a_robot_is_watched_until_it_stands(brake: float, stands: bool) -> None:
+@pytest.mark.parametrize(("brake", "at_rest"), [(10.0, True), (0.2, True), (0.0, False)])
+def test_a_robot_is_watched_until_it_stands(brake: float, at_rest: bool) -> None:
     clock = Hand()
     network = MemoryNetwork(clock=clock)
     settings = LinkSettings(gate=False)
@@ -303,8 +303,8 @@ def test_a_robot_is_watched_until_it_stands(brake: float, stands: bool) -> None:
     drive(robot, 5)
     assert bare.speed == FORWARD.forward
     began = clock.now()
-    assert robot.halt() is stands
-    assert (bare.speed == 0.0) is stands
+    assert robot.halt() is at_rest
+    assert (bare.speed == 0.0) is at_rest
     assert clock.now() - began <= HALT + PERIOD
     assert set(bare.told[5:]) == {STOP}
 

@@ -578,6 +578,36 @@ def test_everything_can_be_reached_by_keyboard(opened, driven):
         assert wanted <= reached
 
 
+def test_the_machine_and_the_plan_are_moved_by_keyboard(opened, recorded):
+    page = opened(f"{recorded}#t=20")
+    page.wait_for_selector("#drawing svg g.state")
+    placed = "element('drawing').querySelector('svg').style.transform"
+    page.focus("#drawing")
+    seen = [page.evaluate(placed)]
+    for key in ("Shift+ArrowLeft", "+", "0"):
+        page.keyboard.press(key)
+        seen.append(page.evaluate(placed))
+    assert len(set(seen[:3])) == 3
+    page.focus("#scene")
+    drawn = "element('scene').toDataURL()"
+    pictures = [page.evaluate(drawn)]
+    for key in ("Shift+ArrowUp", "+"):
+        page.keyboard.press(key)
+        settled(page)
+        pictures.append(page.evaluate(drawn))
+    assert len(set(pictures)) == 3
+    assert page.evaluate(placed) == seen[3]
+    page.focus("#machine-fit")
+    within = (
+        "(() => { const one = document.activeElement.getBoundingClientRect(), all = element('drawing')"
+        ".getBoundingClientRect(); return one.right > all.left && one.left < all.right && one.bottom > all.top"
+        " && one.top < all.bottom; })()"
+    )
+    for _ in range(1 + page.locator("#drawing g.state").count()):
+        page.keyboard.press("Tab")
+        assert page.evaluate(within)
+
+
 def test_a_redraw_at_eight_thousand_ticks_is_quick(opened, tmp_path, driven):
     mission, world, frames, _ = driven
     many = [{**frames[at % len(frames)], "tick": at, "stamp": at * 10**8} for at in range(8000)]

@@ -128,5 +128,5 @@ def _machines() -> Iterable[dict[str, str]]:
     for name, path in shipped_machines().items():
         tree, _ = parse(read_text(path), str(path))
         head = next((item for item in tree.items if isinstance(item, MachineLine)), None)
-        doc = tree.comment_above(head.name.line or 1) if head is not None else ""
+        doc = tree.comment_above(head.name.line) if head is not None else ""
         yield {"name": name, "about": first_line(doc)}

@@ -148,7 +148,10 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
         page = served(host, port, head, operate=machine.ask, simulation=simulation)
         with page:
             announce(page)
-            ending = {"line": "the machine does not answer any more: the run is over, or the link is", "solved": False}
+            ending = {
+                "line": "the machine no longer answers: the run has ended, or the connection is lost",
+                "solved": False,
+            }
             shown, foreign = None, None
             try:
                 for step in looked_on(machine, SILENCE):

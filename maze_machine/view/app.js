@@ -23,7 +23,7 @@ const app = (() => {
     label();
     stale = true;
   }
-  function over() {  // the run is over: it is looked at like a recording
+  function over() {  // the run is over: it is examined like a recording
     following = false;
     element("speed").closest("label").hidden = false;
     label();

@@ -221,7 +221,7 @@ class LivePage:
             return "the host of the request is not this server"
         origin = headers.get("origin")
         if origin is not None and (urlsplit(origin).netloc not in self._hosts or not origin.startswith("http://")):
-            return "another page may not ask"
+            return "requests from another page are refused"
         query = dict(part.partition("=")[::2] for part in scope["query_string"].decode("latin-1").split("&"))
         if not secrets.compare_digest(query.get("token", "").encode(), self._token.encode()):
             return "open the address that was printed, with its token"

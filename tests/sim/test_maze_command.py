@@ -70,7 +70,11 @@ def test_the_same_seed_writes_the_same_bytes(tmp_path):
         (["run", "pledge", "--simulate", "noise.size=-1"], 2, "must be at least 0"),
         (["run", "pledge", "--simulate", "noise.size"], 2, "write section.key=value"),
         (["run", "pledge", "--fault", "door_jammed"], 2, "door_jammed"),
-        (["run", "pledge", "--speed", "2", "--connect", "tcp/127.0.0.1:1"], 2, "--speed does not go with --connect"),
+        (
+            ["run", "pledge", "--speed", "2", "--connect", "tcp/127.0.0.1:1"],
+            2,
+            "--speed cannot be combined with --connect",
+        ),
     ],
 )
 def test_wrong_input_is_told_in_one_line(arguments, status, told, tmp_path, monkeypatch):

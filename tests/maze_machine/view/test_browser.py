@@ -314,7 +314,7 @@ def test_a_stop_that_nobody_answers_is_not_confirmed(opened, driven, free_endpoi
         page.wait_for_function("element('status').textContent.startsWith('Not stopped, the machine does not answer')")
         assert page.is_enabled("#stop")
         answering[0] = False
-        page.wait_for_function("element('status').textContent.startsWith('the machine does not answer any more')")
+        page.wait_for_function("element('status').textContent.startsWith('the machine no longer answers')")
         assert "not confirmed that the base has stopped. Use the robot's own stop" in page.inner_text("#status")
         page.close()
         viewing.join(LIMIT / 1000)

@@ -155,7 +155,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
             announce(page)
             ending = {
                 "line": "the machine no longer answers: the run has ended, or the connection is lost",
-                "stands": False,
+                "solved": False,
             }
             shown, foreign = None, None
             try:
@@ -165,7 +165,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
                         page.publish(partial(dict, step))
                     shown = step["tick"]
                     if "ended" in step:
-                        ending = {**step["ended"], "stands": True}
+                        ending = step["ended"]
                         break
             except ForeignMessageError as error:
                 foreign, ending = error, {**ending, "line": str(error)}

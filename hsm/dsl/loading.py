@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 from pathlib import Path
 
-from lark import Token
-
 from hsm.dsl import checks
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.acceptance import accepted
@@ -17,6 +15,7 @@ from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.layout import without_doubtful
 from hsm.dsl.syntax.parser import parse
 from hsm.dsl.syntax.sources import SUFFIX, read_text
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
 from hsm.model.registry import Library

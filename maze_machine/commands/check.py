@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from maze_machine import __version__
 from maze_machine.arguments.completion import complete_machine
 from maze_machine.arguments.options import LibraryOption
 from maze_machine.errors import ExitStatus, UsageError
@@ -55,8 +56,6 @@ def check(
 
     Example: `maze-machine check my.maze-machine --ignore N --sarif > check.sarif`
     """
-    from importlib.metadata import version
-
     from hsm.dsl import check_file
     from hsm.dsl.reporting import render
     from hsm.model.diagnostics import Severity
@@ -86,7 +85,7 @@ def check(
     if json:
         print(render.as_json(findings))
     elif sarif:
-        print(render.as_sarif(findings, version("maze-machine")))
+        print(render.as_sarif(findings, __version__))
     else:
         print_findings(findings, sources, named)
     if any(found.code == "E0107" for found in findings):

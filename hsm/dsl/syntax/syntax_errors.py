@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Set
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax.characters import advice, described, is_strange
 from hsm.dsl.syntax.lexer import STATEMENTS
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import Place
 
 _WORDS = {
@@ -103,7 +102,7 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
         expected: the kinds of token that would.
         line: the line that it is on.
     """
-    number, column = token.line or 1, token.column or 1
+    number, column = token.line, token.column
     run = _RUN.match(line, column - 1)
     strange = next((at for at in range(column - 1, run.end() if run else 0) if is_strange(line[at])), None)
     if strange is not None and token.type != "_NL":

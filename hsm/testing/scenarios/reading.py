@@ -9,14 +9,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.semantics.values import Declared
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.dsl.syntax.sources import read_text
+from hsm.dsl.syntax.tokens import Token
 from hsm.engine.occurrences import event_text
 from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
@@ -389,7 +388,7 @@ class _Reader:
         found.update({state: call.activity for state, call in calls.items()})
         activity = found.get(str(name))
         if activity is None and len(self.states.get(str(name), ())) == 1:
-            name = Token.new_borrow_pos("NAME", self.states[str(name)][0], name)
+            name = name.instead(self.states[str(name)][0])
             activity = found.get(str(name))
         if activity is None:
             hint = self.report.guess(name, found)

@@ -130,7 +130,7 @@ def certainties(graph: PoseGraph, paths: Paths, shared: int) -> list[Symmetric]:
     Args:
         graph: the poses.
         paths: its links.
-        shared: a scan is matched with the last so many keyframes.
+        shared: how many keyframes a scan is matched with.
     """
     work = paths.from_pose(graph, 0, 1.0 / math.sqrt(shared))
     while True:

@@ -236,8 +236,9 @@ def merge_collinear(segments: Segments) -> Segments:
         spans = sorted(zip(segments[chosen, across].tolist(), lows.tolist(), highs.tolist(), strict=True))
         joined: list[tuple[float, float, float]] = []
         for line, low, high in spans:
-            if joined and joined[-1][0] == line and low <= joined[-1][2]:
-                joined[-1] = (line, joined[-1][1], max(high, joined[-1][2]))
+            same, begin, end = joined[-1] if joined else (math.nan, 0.0, 0.0)
+            if same == line and low <= end:
+                joined[-1] = line, begin, max(high, end)
             else:
                 joined.append((line, low, high))
         merged += [(line, low, line, high) if across == 0 else (low, line, high, line) for line, low, high in joined]

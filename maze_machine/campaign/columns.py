@@ -158,8 +158,8 @@ def _codes(table: arrow.Table, name: str) -> Texts:
 
 def _row(machine: str, runs: Flags, solved: Flags, touched: Flags, figures: Sequence[Figures]) -> Row:
     led_out = runs & solved
-    time, path, clearance = figures[0][led_out], figures[1][led_out], figures[2][runs]
-    clearance = clearance[~np.isnan(clearance)]
+    time, path, clearance = figures
+    time, path, clearance = time[led_out], path[led_out], clearance[runs & ~np.isnan(clearance)]
     return Row(
         machine,
         runs=int(np.count_nonzero(runs)),

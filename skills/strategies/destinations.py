@@ -116,8 +116,11 @@ def nearest_door(plan: ShortestWays, doors: list[DoorPlace], away: float) -> Doo
     for number, door in enumerate(doors):
         cell = plan.nearest(before(door, away), WITHIN)
         if cell is not None:
-            reached.append((float(plan.distance[cell]), number, door))
-    return min(reached, key=lambda one: one[:2])[2] if reached else None
+            reached.append((float(plan.distance[cell]), number))
+    if not reached:
+        return None
+    _, nearest = min(reached)
+    return doors[nearest]
 
 
 def turn_to(facts: Facts, route: Way) -> float:

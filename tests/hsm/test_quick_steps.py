@@ -214,13 +214,13 @@ def test_an_event_that_decides_no_guard_needs_no_function(monkeypatch):
     monkeypatch.setattr(configuration, "WARM", 1)
     declared = build(model(state("a", on("e", "b"), on("f", "b", guard=signal("a"))), state("b", on("e", "a"))))
     run, slow = declared.start(), InFull.begin(declared, (), None, 0.0)
-    for number, events in enumerate([("e",), (), ("done",), ("f",), ("e", "e"), ("done", "e"), ("f", "done")] * 6, 1):
-        one, other = (made.step(float(number), events, Truth(a=True)) for made in (run, slow))
+    for time, events in enumerate([("e",), (), ("done",), ("f",), ("e", "e"), ("done", "e"), ("f", "done")] * 6, 1):
+        one, other = (made.step(float(time), events, Truth(a=True)) for made in (run, slow))
         assert (one, one.considered, one.ignored) == (other, other.considered, other.ignored)
         assert run.configuration == slow.configuration
     assert run.coverage.to_json() == slow.coverage.to_json()
-    for number in range(9):
-        run.step(100.0 + number, ("e",))
+    for time in range(101, 110):
+        run.step(float(time), ("e",))
     assert run.configuration == {"a"}
     begin = run._state.configuration.root
     assert begin.go is None

@@ -222,8 +222,7 @@ class Behaviour:
         owner, dot, suffix = name.rpartition(".")
         if dot and owner in self.context.symbols.states and suffix in HISTORY:
             return self.context.symbols.states[owner].histories.get(HISTORY[suffix])
-        doubtful = self.context.symbols.doubtful
-        if name in doubtful or owner in doubtful:
+        if self.context.symbols.may_be_a_state(name):
             self.context.symbols.entered.add_unknown()
             return None
         if dot and owner in self.context.symbols.states and self.context.symbols.states[owner].instance is None:
@@ -283,6 +282,9 @@ class Behaviour:
     def _data(self, line: ast.RaiseSyntax | ast.SendSyntax) -> tuple[Expression, ...] | None:
         """What an event carries that is raised or sent; None where it is invalid."""
         data = self.declarations.data.get(str(line.event))
+        if data is None and line.event in self.context.symbols.doubtful:
+            self.look_at(line.data)
+            return None
         if data is None and line.data.arguments:
             hint = f"declare at the top of the file what it carries: `event {line.event}(NAME : TYPE)`"
             self.context.add("E0213", line.event, f"event `{line.event}` carries no data", hint)
@@ -297,12 +299,13 @@ class Behaviour:
                 guess = self.context.report.guess(event, known)
                 hint = guess.text or f"declare it at the top of the file: `event {event}`"
                 self.context.add_once("E0203", event, f"`{event}` is sent to other machines, and not declared", hint)
+                self.declarations.sent.add_probable(guess.name)
             return None
         arguments = self._data(line)
         return None if arguments is None else Emit(str(event), self.context.place(event), arguments)
 
     def _cancel(self, event: Token) -> Cancel | None:
-        if event not in self.declarations.delayed:
+        if event not in self.declarations.delayed and event not in self.context.symbols.events:
             guess = self.context.report.guess(event, self.declarations.delayed)
             hint = guess.text or "only an event that is raised `after` a duration can be cancelled"
             self.context.add_once("E0203", event, f"nothing raises `{event}` after a duration", hint)

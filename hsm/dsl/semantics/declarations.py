@@ -59,7 +59,7 @@ class Declarations:
     raised: dict[str, Token] = field(default_factory=dict)
     delayed: set[str] = field(default_factory=set)
     declared: set[str] = field(default_factory=set)
-    sent: set[str] = field(default_factory=set)
+    sent: Names = field(default_factory=Names)
     exposed: dict[str, None] = field(default_factory=dict)
     adjustable: dict[str, Adjustable] = field(default_factory=dict)
     _unsent: dict[str, int] = field(default_factory=dict)
@@ -164,6 +164,7 @@ class Declarations:
             if name not in fields:
                 self.context.symbols.doubtful.add(f"{event.name}.{name}")
         if len(fields) < len(event.fields):
+            self.context.symbols.doubtful.add(str(event.name))
             return
         found = EventData(str(event.name), tuple(fields.values()), place)
         known = self.data.get(found.event)
@@ -259,6 +260,7 @@ class Declarations:
             for line in symbol.lines:
                 if isinstance(line, ast.TransitionLine | ast.EntryLine | ast.ExitLine):
                     self._gather_raised(line.actions)
+        self.heard.update(self.context.symbols.heard)
         for name in imported:
             self.events.setdefault(name, None)
             self.heard.add(name)
@@ -344,7 +346,7 @@ class Declarations:
         self.heard.add(name)
         symbol.awaited.add(name)
         table = self.context.symbols
-        if name in symbol.reported or name in table.events or name in table.doubtful:
+        if name in symbol.reported or name in table.events or table.doubtful.has_part_of(name):
             return name
         sources = (self.context.library.events, self.events, symbol.completions, symbol.reported.known, ("fault",))
         if any(name in source for source in sources):

@@ -89,6 +89,7 @@ class Scope:
         heard: the events that the current transition waits for.
         states: names of states, for ``in(state)``.
         doubtful: names that may be declared on lines that could not be read; nothing is reported about those.
+        possible: the same of states.
         used: names of variables that something reads.
     """
 
@@ -97,6 +98,7 @@ class Scope:
     variables: dict[str, Declared] = field(default_factory=dict)
     states: Set[str] = frozenset()
     doubtful: Names = field(default_factory=Names)
+    possible: Names = field(default_factory=Names)
     used: Names = field(default_factory=Names)
     definitions: dict[str, Definition] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
@@ -108,13 +110,15 @@ class Scope:
         self.enumerations = self.enumerations or dict(self.library.enumerations)
 
     def type_named(self, name: Token) -> Type | None:
-        """The type with a name; if there is none, report it and return None."""
+        """The type with a name; None if there is none: that is reported, unless its declaration was not understood."""
         found = SIMPLE_TYPES.get(name)
         if found is not None:
             return found
         enumeration = self.enumerations.get(name)
         if enumeration is not None:
             return type_of_enumeration(enumeration)
+        if name in self.doubtful:
+            return None
         hint = meant(name, OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
         if name in ("string", "str", "text"):
             hint = "strings are not supported; declare an enumeration: `enum NAME = VALUE, VALUE`"
@@ -319,7 +323,7 @@ class Scope:
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
             return Literal(owners[0](token.value), type_of_enumeration(owners[0]), self._place(token))
-        if token.value in self.doubtful:
+        if self.doubtful.has_part_of(token.value) or self.possible.has_owner_of(token.value):
             return None
         if owners:
             names = " and ".join(one.__name__ for one in owners)
@@ -469,7 +473,7 @@ class Scope:
             return self._extreme(node, place)
         signal = self.library.signals.get(name)
         if signal is None:
-            if name not in self.doubtful:
+            if not self.doubtful.has_part_of(name):
                 hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
                 message = f"there is no signal or function `{name}`"
                 self.report.add_once("E0202", self._place(node.name), message, hint)
@@ -489,7 +493,7 @@ class Scope:
             case (Token(type="NAME") as state,):
                 if state in self.states:
                     return Active(str(state), place)
-                if state not in self.doubtful and state.partition(".")[0] not in self.doubtful:
+                if not (self.doubtful.has_part_of(state) or self.possible.has_part_of(state)):
                     hint = self.report.guess(state, self.states).text
                     self.report.add_once("E0201", self._place(state), f"there is no state `{state}`", hint)
             case _:

@@ -350,14 +350,14 @@ class BadLine:
     """A line that could not be read, or lines that are indented under one that has no block.
 
     Attributes:
-        names: the names that are on it: they may be declarations.
+        names: the names that are on it.
+        declares: those that it may declare; None where it may declare anything.
         items: what is indented below it.
-        nameless: it declares something without a known name.
     """
 
     names: frozenset[str]
+    declares: frozenset[str] | None
     items: tuple[Item, ...]
-    nameless: bool = False
 
 
 Item: TypeAlias = (

@@ -33,6 +33,7 @@ _TAB = "a tab cannot be used here"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
+_DECLARES_NOTHING = re.compile(r" *(?:initial|do|entry|exit|on|when|else|after|every|stay|property|assume|defer)\b")
 
 
 class TreeBuilder:
@@ -49,7 +50,8 @@ class TreeBuilder:
 
     def param(self, parts: list[Any]) -> ast.ParameterLine:
         adjustable = parts.pop() if isinstance(parts[-1], ast.AdjustableSyntax) else None
-        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None, adjustable)
+        name, kind, *default = parts
+        return ast.ParameterLine(name, kind, default[0] if default else None, adjustable)
 
     def adjustable(self, parts: list[Any]) -> ast.AdjustableSyntax:
         return ast.AdjustableSyntax(parts[0], tuple(parts[1:-1]))
@@ -67,10 +69,12 @@ class TreeBuilder:
         return ast.FieldSyntax(*parts)
 
     def enum(self, parts: list[Any]) -> ast.EnumerationLine:
-        return ast.EnumerationLine(parts[0], tuple(parts[2:]))
+        name, _, *values = parts
+        return ast.EnumerationLine(name, tuple(values))
 
     def define(self, parts: list[Any]) -> ast.DefinitionLine:
-        return ast.DefinitionLine(parts[0], parts[2])
+        name, _, value = parts
+        return ast.DefinitionLine(name, value)
 
     def state(self, parts: list[Any]) -> ast.StateBlock:
         if len(parts) > 1 and isinstance(parts[1], ast.CallSyntax):
@@ -169,7 +173,8 @@ class TreeBuilder:
         return ast.AssignSyntax(*parts)
 
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
-        raised, delay = parts[0], parts[2] if len(parts) > 1 else None
+        raised, *after = parts
+        delay = after[-1] if after else None
         if isinstance(raised, ast.CallSyntax):
             return ast.RaiseSyntax(raised.name, delay, raised)
         return ast.RaiseSyntax(raised, delay)
@@ -216,11 +221,21 @@ class TreeBuilder:
         return ast.CallSyntax(parts[0], arguments, parts[-1], 1 + max(map(depth_of, arguments), default=0))
 
     def named(self, parts: list[Any]) -> ast.Named:
-        return ast.Named(parts[0], parts[2], depth_of(parts[2]))
+        name, _, value = parts
+        return ast.Named(name, value, depth_of(value))
 
     def bad(self, parts: list[Any]) -> ast.BadLine:
-        nameless = _NAMELESS.match(parts[0]) is not None
-        return ast.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]), nameless)
+        line, *items = parts
+        text = line.partition("#")[0] if "\n" not in line else line
+        names = frozenset(_NAME.findall(text))
+        return ast.BadLine(names, _declared(text, names), tuple(items))
+
+
+def _declared(text: str, names: frozenset[str]) -> frozenset[str] | None:
+    """What a line may declare that cannot be read; None where that may be anything."""
+    if not text or _DECLARES_NOTHING.match(text):
+        return frozenset()
+    return None if _NAMELESS.match(text) or not names else names
 
 
 @dataclass(frozen=True, slots=True)

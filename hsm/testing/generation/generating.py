@@ -377,7 +377,7 @@ class _Search:
         if transition.source and ("state", transition.source) not in self.found:
             return f"{model.states[transition.source].name} is never entered; {self._bound()}"
         decision = self.machine.generator.decision(index)
-        ways = [goal[2] for goal in self.found if goal[:2] == ("path", index)]
+        ways = [way for kind, of, *ends in self.found if (kind, of) == ("path", index) for way in ends]
         if ("transition", index) in self.found:
             return f"whenever it is evaluated, earlier conditions have ruled that out; {self._bound()}"
         if any(decision.outcome(int(str(one))) for one in ways):

@@ -91,8 +91,8 @@ class _LineBuilder(TreeBuilder):
 
     def setting(self, parts: list[Any]) -> Setting:
         negated = isinstance(parts[0], Token) and parts[0].type == "NOT"
-        rest = parts[negated:]
-        return Setting(rest[0], rest[2] if len(rest) > 1 else None, negated)
+        signal, *equals = parts[negated:]
+        return Setting(signal, equals[-1] if equals else None, negated)
 
     def report(self, parts: list[Any]) -> Reporting:
         return Reporting(*parts)

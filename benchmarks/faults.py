@@ -339,7 +339,7 @@ def lockstep_fault(seed: int) -> tuple[str, str, str]:
 
 @contextmanager
 def serving(bus: MemoryBus) -> Iterator[Callable[[], None]]:
-    """A simulator in a thread; what is yielded ends it for good."""
+    """A simulator in a thread; what is yielded ends it permanently."""
     ended = threading.Event()
     server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, 1000), patience=0.3)
     thread = threading.Thread(target=lambda: deque(server.episodes(ended.is_set, heartbeat=0.01), maxlen=0))

@@ -53,7 +53,7 @@ def used() -> dict[str, float]:
 
 
 def over_the_link(minutes: float) -> tuple[dict[str, float], dict[str, float]]:
-    """Drive to and fro over the loopback; what was used after a tenth of the time and at the end."""
+    """Drive back and forth over the loopback; what was used after a tenth of the time and at the end."""
     profile = load_profile()
     maze = find_maze("corridor", robot=profile.robot)
     with socket.create_server(("127.0.0.1", 0)) as taken:

@@ -364,7 +364,7 @@ FAULTS = ("odometry_jump", "laser_blinded", "carried")
 AFTER = 45.0
 """A run goes on for this long after its fault, s."""
 CLEAR = 0.45
-"""A robot is put down no nearer to a wall than this, m."""
+"""A robot is placed no nearer to a wall than this, m."""
 RIGHT, WRONG = 0.03, 0.2
 """A place is right up to here, and wrong from there on, m."""
 
@@ -401,7 +401,7 @@ class FaultResult:
 
 @dataclass(slots=True)
 class Witness:
-    """Compares where the robot takes itself to be with the truth, from a fault on."""
+    """Compares the robot's estimated place with the truth, from a fault on."""
 
     world: SimulatedWorld
     began: float

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from maze_machine import __version__
 from maze_machine.command_table import GROUPS, PLACES, Subcommand
 from maze_machine.errors import reported
 from maze_machine.unconverted import spare_conversions
@@ -102,11 +103,9 @@ class Commands(TyperGroup):
 
 def _print_version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
-
         from transport.compiled import arithmetic_in_use
 
-        print(f"maze-machine {version('maze-machine')} ({arithmetic_in_use()})")
+        print(f"maze-machine {__version__} ({arithmetic_in_use()})")
         raise typer.Exit
 
 

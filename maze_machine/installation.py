@@ -11,7 +11,8 @@ from pathlib import Path
 PACKAGES = ("hsm", "skills", "perception", "machines", "transport", "sim")
 """All packages except this one, which is named after the project."""
 
-_HOME = Path(__file__).resolve().parents[1]
+HOME = Path(__file__).resolve().parents[1]
+"""The folder that all packages of this program are in."""
 
 
 class HiddenPackageError(ImportError):
@@ -33,7 +34,7 @@ def require_packages(names: Iterable[str] = PACKAGES) -> None:
     listed = ", ".join(f"{place} hides the package `{name}`" for name, place in hidden.items())
     those, them = ("them", "they are") if len(hidden) > 1 else ("it", "it is")
     raise HiddenPackageError(
-        f"{listed} of maze-machine (in {_HOME}): rename {those}, or run where {them} not on Python's path "
+        f"{listed} of maze-machine (in {HOME}): rename {those}, or run where {them} not on Python's path "
         "(PYTHONPATH, the current folder, the folder that pytest or the library is in)"
     )
 
@@ -42,9 +43,9 @@ def _place_of(name: str) -> Path | None:
     """The place of the package that Python finds under a name; None if it is ours."""
     spec = _spec(name)
     if spec is None:
-        return _HOME / name
+        return HOME / name
     places = [Path(one).resolve() for one in spec.submodule_search_locations or ()]
-    if _HOME / name in places:
+    if HOME / name in places:
         return None
     return places[0] if places else Path(spec.origin or name)
 

@@ -6,7 +6,6 @@ import mmap
 import os
 import sys
 from collections.abc import Sequence
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
@@ -14,7 +13,7 @@ NEEDED = {"numpy": 150, "scipy": 150}
 """What each of them maps when it is loaded, and some room to work, MiB; measured with one thread of OpenBLAS."""
 
 
-class MemoryForLibraries(MetaPathFinder):
+class MemoryForLibraries:
     """Refuses to load a library for which there is too little address space; it finds no modules itself.
 
     OpenBLAS, which NumPy and SciPy each bring along, asks for its buffers again and again where it does not get them

@@ -77,10 +77,10 @@ static PyObject *all_hit(PyObject *Py_UNUSED(module), PyObject *const *arguments
 static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
 {
     Array points, hidden;
-    double place[2], ends[4], span;
+    double view[7];
     PyObject *found = NULL;
-    if (!takes("out_of_view", 4, count) || !of_tuple(arguments[1], 2, place) || !of_tuple(arguments[2], 4, ends) ||
-        !numbers(arguments + 3, 1, &span) || !opened(arguments[0], &points, "d", 0))
+    if (!takes("out_of_view", 2, count) || !of_tuple(arguments[1], 7, view) ||
+        !opened(arguments[0], &points, "d", 0))
         return NULL;
     Py_ssize_t kept = 0;
     char *blind = malloc(points.rows + 1);
@@ -90,7 +90,7 @@ static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *argum
         PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
     } else {
         for (Py_ssize_t point = 0; point < points.rows; point++) {
-            blind[point] = !in_view(ENTRY(points, point, 0), ENTRY(points, point, 1), place, ends, span);
+            blind[point] = !in_view(ENTRY(points, point, 0), ENTRY(points, point, 1), view);
             kept += blind[point];
         }
         found = made(&hidden, kept, 2);

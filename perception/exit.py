@@ -116,8 +116,8 @@ def lane_in_sight(
         sizes: what `lane_beside` is given after the hits, m.
         before: how far the lane before reaches to the left and to the right, m; NaN where there was none.
     """
-    hits, widening = along_lane(points, direction, bounds), sizes[3]
-    left, right = before
+    hits = along_lane(points, direction, bounds)
+    (*_, widening), (left, right) = sizes, before
     return lane_beside(hits, *sizes), *in_lane(hits, -right - widening, left + widening, math.inf)
 
 

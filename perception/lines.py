@@ -231,13 +231,16 @@ def _weighed(points: Floats, distances: Floats, pieces: list[tuple[int, int]]) -
 
     The points at a split belong to both sides or, at a jump, to neither for sure: they are left out.
     """
-    columns = points.T
+    x, y = points.T
     terms = np.empty((6, len(distances)))
-    np.multiply(distances, distances, out=terms[0])
-    terms[0] += 1e-30  # hits at the sensor itself weigh something, too
-    np.multiply(columns, terms[0], out=terms[1:3])
-    np.multiply(columns, terms[1], out=terms[3:5])
-    np.multiply(columns[1], terms[2], out=terms[5])
+    w, wx, wy, wxx, wxy, wyy = terms
+    np.multiply(distances, distances, out=w)
+    w += 1e-30  # hits at the sensor itself weigh something, too
+    np.multiply(x, w, out=wx)
+    np.multiply(y, w, out=wy)
+    np.multiply(x, wx, out=wxx)
+    np.multiply(y, wx, out=wxy)
+    np.multiply(y, wy, out=wyy)
     edges = np.array(pieces).ravel()
     edges[::2] += 1
     sums = np.add.reduceat(terms, edges, axis=1)[:, ::2].T.tolist()

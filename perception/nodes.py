@@ -75,38 +75,50 @@ def find_nodes(sweep: ScanPoints, pieces: LinePieces, settings: NodeSettings) ->
         settings: distances and tolerances.
     """
     points = sweep.points
-    found: list[tuple[int, NodeKind, bool]] = []
+    found: list[_Found] = []
     for first, last in pieces.runs:
         if last - first < settings.min_hits:
             continue
         inner = [bend for bend in pieces.bends if first < bend < last]
         corners = [bend for bend in inner if is_right_angle(points, (first, bend, last), settings)]
-        found.append((first, NodeKind.END, False))
-        found += [(corner, NodeKind.CORNER, True) for corner in corners]
-        found.append((last, NodeKind.END, True))
+        found.append(_Found(first, NodeKind.END, connected=False))
+        found += [_Found(corner, NodeKind.CORNER, connected=True) for corner in corners]
+        found.append(_Found(last, NodeKind.END, connected=True))
     return _numbered(sweep, _apart(points, found, settings.apart))
 
 
-def _apart(
-    points: Floats, found: Sequence[tuple[int, NodeKind, bool]], distance: float
-) -> list[tuple[int, NodeKind, bool]]:
+class _Found(NamedTuple):
+    """A node as it was found.
+
+    Attributes:
+        hit: its number among the hits.
+        kind: what it is.
+        connected: with the node before it.
+    """
+
+    hit: int
+    kind: NodeKind
+    connected: bool
+
+
+def _apart(points: Floats, found: Sequence[_Found], distance: float) -> list[_Found]:
     """Of connected nodes closer than a distance keep the first; an end stays an end."""
-    kept: list[tuple[int, NodeKind, bool]] = []
-    for index, kind, connected in found:
-        if kept and connected and distance_between(_point(points, index), _point(points, kept[-1][0])) < distance:
-            if kind is NodeKind.END:
-                kept[-1] = (index, kind, kept[-1][2]) if kept[-1][1] is NodeKind.CORNER else kept[-1]
-            continue
-        kept.append((index, kind, connected))
+    kept: list[_Found] = []
+    for one in found:
+        before = kept[-1] if kept and one.connected else None
+        if before is None or distance_between(_point(points, one.hit), _point(points, before.hit)) >= distance:
+            kept.append(one)
+        elif one.kind is NodeKind.END and before.kind is NodeKind.CORNER:
+            kept[-1] = one._replace(connected=before.connected)
     return kept
 
 
-def _numbered(sweep: ScanPoints, found: Sequence[tuple[int, NodeKind, bool]]) -> tuple[Node, ...]:
+def _numbered(sweep: ScanPoints, found: Sequence[_Found]) -> tuple[Node, ...]:
     nodes, points = [], sweep.points
     for number, (index, kind, connected) in enumerate(found):
         x, y = _point(points, index)
         before = (number - 1,) if connected and number else ()
-        after = (number + 1,) if number + 1 < len(found) and found[number + 1][2] else ()
+        after = (number + 1,) if number + 1 < len(found) and found[number + 1].connected else ()
         beam = sweep.beams.item(index)
         nodes.append(Node(number, kind, x, y, norm(x, y), atan2(y, x), beam, before + after))
     return tuple(nodes)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,28 @@ _BESIDE = 1e-5
 
 LONGEST_RANGE = 1000.0
 """A range sensor that claims to see farther, in metres, is not believed."""
+
+
+class FieldOfView(NamedTuple):
+    """From where and between which directions a sensor looks, counter-clockwise, in the robot's frame.
+
+    Attributes:
+        x: of the sensor, m.
+        y: the same.
+        first_cosine: of the first beam.
+        first_sine: of the first beam.
+        last_cosine: of the last beam.
+        last_sine: of the last beam.
+        span: from the one to the other, rad.
+    """
+
+    x: float
+    y: float
+    first_cosine: float
+    first_sine: float
+    last_cosine: float
+    last_sine: float
+    span: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +87,9 @@ class BeamTable:
         Args:
             points: in the robot's frame, m, shape (n, 2).
         """
-        if self.bounds is None:
+        if self.view is None:
             return points if not len(self.angles) else points[:0]
-        return out_of_view(points, self.place, self.bounds[:4], self.bounds[4])
+        return out_of_view(points, self.view)
 
     @cached_property
     def every(self) -> Indices:
@@ -81,15 +104,12 @@ class BeamTable:
         return self.mount.x, self.mount.y
 
     @cached_property
-    def bounds(self) -> tuple[float, float, float, float, float] | None:
-        """Cosine and sine of the first beam and of the last, and the angle from the one to the other, rad.
-
-        None of a sensor that sees all round, or nothing.
-        """
+    def view(self) -> FieldOfView | None:
+        """What the sensor looks at; None of a sensor that sees all round, or nothing."""
         span = (len(self.angles) - 1) * self.step
         if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
             return None
-        return *self._direction(0), *self._direction(-1), span
+        return FieldOfView(*self.place, *self._direction(0), *self._direction(-1), span)
 
     def _direction(self, beam: int) -> tuple[float, float]:
         return self.cosines.item(beam), self.sines.item(beam)
@@ -100,21 +120,17 @@ class BeamTable:
 
 
 @compiled
-def out_of_view(
-    points: Floats, place: tuple[float, float], ends: tuple[float, float, float, float], span: float
-) -> Floats:
+def out_of_view(points: Floats, view: FieldOfView) -> Floats:
     """The points outside a sensor's field of view, shape (k, 2).
 
     Args:
         points: in the robot's frame, m, shape (n, 2).
-        place: the sensor's, m.
-        ends: cosine and sine of its first beam and of its last.
-        span: from the one to the other, rad.
+        view: the sensor's.
     """
-    x, y = points[:, 0] - place[0], points[:, 1] - place[1]
-    after_first = ends[0] * y - ends[1] * x >= -_BESIDE
-    before_last = ends[3] * x - ends[2] * y >= -_BESIDE
-    return points[~(after_first | before_last if span > math.pi else after_first & before_last)]
+    x, y = points[:, 0] - view.x, points[:, 1] - view.y
+    after_first = view.first_cosine * y - view.first_sine * x >= -_BESIDE
+    before_last = view.last_sine * x - view.last_cosine * y >= -_BESIDE
+    return points[~(after_first | before_last if view.span > math.pi else after_first & before_last)]
 
 
 @compiled

@@ -31,7 +31,7 @@ FOLDERS = (
     "examples",
     "benchmarks",
 )
-KINDS = ("py", "md", "maze-machine", "maze-test", "toml", "html", "js", "sh", "yml")
+KINDS = ("py", "md", "maze-machine", "maze-test", "toml", "html", "js", "sh", "yml", "lark")
 CODE = re.compile(
     r"``.+?``|`[^`\n]+`|:\w+:`[^`]+`|\]\([^)]*\)|https?://\S+|\{[^{}]*\}|^ +[a-z_]+:(?= )|--[a-z-]+",
     re.DOTALL | re.MULTILINE,

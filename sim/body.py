@@ -129,7 +129,8 @@ class Body:
                 alike = steps if self.twist is target else 1
                 place = follow_arc(place, _parts(self.twist), duration, alike)
                 steps -= alike
-        self._glided_to, self.heading = place[:2], place[2]
+        x, y, self.heading = place
+        self._glided_to = x, y
         self._shapes_behind, self._steady = True, False  # the physics is given the place once it moves the body itself
 
     def _take_wanted(self, body: pymunk.Body, _gravity: object, _damping: float, _duration: float) -> None:

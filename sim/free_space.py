@@ -43,9 +43,10 @@ class DistanceGrid:
             step: grid step, m.
             margin: how far the grid goes beyond the bounds, m.
         """
-        x0, y0 = bounds[0] - margin, bounds[1] - margin
-        columns = math.ceil((bounds[2] + margin - x0) / step) + 1
-        rows = math.ceil((bounds[3] + margin - y0) / step) + 1
+        left, bottom, right, top = bounds
+        x0, y0 = left - margin, bottom - margin
+        columns = math.ceil((right + margin - x0) / step) + 1
+        rows = math.ceil((top + margin - y0) / step) + 1
         return cls.on_grid(segments, (x0, y0), (rows, columns), limit=limit, step=step)
 
     @classmethod

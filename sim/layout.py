@@ -151,7 +151,7 @@ class Layout:
 
     def _door_places(self, apart: float) -> list[tuple[GridCell, GridCell, GridCell]]:
         used = {cell for door in self.doors for cell in door[:2]}
-        # A leaf needs a wall to slide along: neither a way nor another door, which it would shut for good.
+        # A leaf needs a wall to slide along: neither a way nor another door, which it would shut permanently.
         open_sides = self.passages.union(frozenset(door[:2]) for door in self.doors)
         places: list[tuple[GridCell, GridCell, GridCell]] = []
         for dead_end in self.steps_from(self.start):

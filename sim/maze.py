@@ -169,11 +169,11 @@ class Maze:
     Attributes:
         name: the maze's name.
         walls: the walls.
-        start: where the first robot is put down.
+        start: where the first robot is placed.
         exits: the ways out; the outside lies to the left when one goes from an exit's first end to its second.
         doors: the doors, all closed at the beginning.
         objects: what moves.
-        others: where further robots are put down, in order.
+        others: where further robots are placed, in order.
         time_limit: how long all attempts together may take, s; infinite where the maze belongs to no challenge.
         unknown: edges of what a map knows: neither a robot nor a beam passes them.
         goal: the goal.
@@ -208,7 +208,7 @@ class Maze:
 
     @property
     def starts(self) -> tuple[Start, ...]:
-        """Where robots are put down, in order."""
+        """Where robots are placed, in order."""
         return (self.start, *self.others)
 
     @property
@@ -236,8 +236,9 @@ def merge_collinear(segments: Segments) -> Segments:
         spans = sorted(zip(segments[chosen, across].tolist(), lows.tolist(), highs.tolist(), strict=True))
         joined: list[tuple[float, float, float]] = []
         for line, low, high in spans:
-            if joined and joined[-1][0] == line and low <= joined[-1][2]:
-                joined[-1] = (line, joined[-1][1], max(high, joined[-1][2]))
+            same, begin, end = joined[-1] if joined else (math.nan, 0.0, 0.0)
+            if same == line and low <= end:
+                joined[-1] = line, begin, max(high, end)
             else:
                 joined.append((line, low, high))
         merged += [(line, low, line, high) if across == 0 else (low, line, high, line) for line, low, high in joined]

@@ -62,7 +62,8 @@ def _inverse(matrix: Floats) -> Floats:
         [f * g - d * i, a * i - c * g, c * d - a * f],
         [d * h - e * g, b * g - a * h, a * e - b * d],
     ]
-    determinant = a * adjugate[0][0] + b * adjugate[1][0] + c * adjugate[2][0]
+    (first, *_), (second, *_), (third, *_) = adjugate
+    determinant = a * first + b * second + c * third
     return np.array([[entry / determinant for entry in row] for row in adjugate])
 
 

@@ -104,10 +104,10 @@ static PyObject *seen_and_behind(PyObject *Py_UNUSED(module), PyObject *const *a
 {
     Beams beams;
     Array before;
-    double sight[8], motion[4];
-    const double *place = sight, *ends = sight + 3;
+    double view[7], motion[4], reach;
     PyObject *found = NULL, *arrays[3];
-    if (!takes("seen_and_behind", 4, count) || !of_tuple(arguments[1], 8, sight) || !of_tuple(arguments[3], 4, motion))
+    if (!takes("seen_and_behind", 5, count) || !of_tuple(arguments[1], 7, view) ||
+        !numbers(arguments + 2, 1, &reach) || !of_tuple(arguments[4], 4, motion))
         return NULL;
     if (!PyTuple_Check(arguments[0]) || PyTuple_Size(arguments[0]) != 3) {
         PyErr_SetString(PyExc_TypeError, "a kernel takes a tuple of three arrays here");
@@ -117,22 +117,21 @@ static PyObject *seen_and_behind(PyObject *Py_UNUSED(module), PyObject *const *a
         arrays[array] = PyTuple_GetItem(arguments[0], array);
     if (!beams_opened(arrays, &beams))
         return NULL;
-    if (!opened(arguments[2], &before, "d", 0)) {
+    if (!opened(arguments[3], &before, "d", 0)) {
         beams_closed(&beams);
         return NULL;
     }
-    double reach = sight[2], span = sight[7];
     double *kept = malloc((beams.ranges.columns + before.rows + 1) * 2 * sizeof(double));
     if (!kept) {
         PyErr_NoMemory();
     } else if (of_points(&before)) {
-        Py_ssize_t seen = nearest_hits(&beams, place, reach, kept), hidden = 0;
+        Py_ssize_t seen = nearest_hits(&beams, view, reach, kept), hidden = 0;
         double *behind = kept + 2 * seen;
         Py_ssize_t near = carried(&before, motion, reach, behind);
         for (Py_ssize_t index = 0; index < near; index++) {
             double x = behind[2 * index], y = behind[2 * index + 1];
             behind[2 * hidden] = x, behind[2 * hidden + 1] = y;
-            hidden += !in_view(x, y, place, ends, span);
+            hidden += !in_view(x, y, view);
         }
         if (hidden > REMEMBERED) {
             memmove(behind, behind + 2 * (hidden - REMEMBERED), REMEMBERED * 2 * sizeof(double));

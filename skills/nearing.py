@@ -17,7 +17,7 @@ class Nearing:
     """How fast something ahead comes nearer to a robot that may move itself.
 
     Attributes:
-        watched: whether it has been looked at for long enough.
+        watched: whether it has been examined for long enough.
     """
 
     def __init__(self, top_speed: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,23 @@ from transport.section import Point
 _EXACT, _SLIGHT = 1e-9, 1e-6
 _HALVINGS = 40
 
-Box = tuple[float, float, float, float, float]
-"""A box with rounded corners: x and y of its middle, half of its core's length and width, radius of its corners, m."""
+
+class RoundedBox(NamedTuple):
+    """A box with rounded corners, m; its core is what is left of it without the rounding.
+
+    Attributes:
+        x: of its middle, in the robot's frame.
+        y: the same.
+        half_length: of its core.
+        half_width: of its core.
+        rounding: radius of its corners.
+    """
+
+    x: float
+    y: float
+    half_length: float
+    half_width: float
+    rounding: float
 
 
 class Outline:
@@ -38,8 +54,8 @@ class Outline:
         self.half = (corners.max(axis=0) - corners.min(axis=0)) / 2
         self.rounding = _rounding(np.abs(corners - self.middle), self.half)
         self._core = self.half - self.rounding
-        middle, core = self.middle.tolist(), self._core.tolist()
-        self.box: Box = (*middle, *core, self.rounding)
+        (x, y), (half_length, half_width) = self.middle.tolist(), self._core.tolist()
+        self.box = RoundedBox(x, y, half_length, half_width, self.rounding)
 
     @property
     def is_round(self) -> bool:
@@ -67,22 +83,23 @@ class Outline:
 
 
 @compiled
-def from_core(points: Points, box: Box) -> tuple[Points, NDArray[np.float64]]:
+def from_core(points: Points, box: RoundedBox) -> tuple[Points, NDArray[np.float64]]:
     """See `Outline.apart`."""
-    offset = points - box[:2]
-    apart = np.sign(offset) * np.maximum(np.abs(offset) - box[2:4], 0)
-    return np.asarray(apart), np.maximum(norms(apart[:, 0], apart[:, 1]) - box[4], 0)
+    x, y, *core, rounding = box
+    offset = points - (x, y)
+    apart = np.sign(offset) * np.maximum(np.abs(offset) - core, 0)
+    return np.asarray(apart), np.maximum(norms(apart[:, 0], apart[:, 1]) - rounding, 0)
 
 
 @compiled
-def least_clearance(points: Points, poses: NDArray[np.float64], box: Box) -> float:
+def least_clearance(points: Points, poses: NDArray[np.float64], box: RoundedBox) -> float:
     """See `Outline.clearance`."""
     cos, sin = np.array([cos_sin(heading) for heading in poses[:, 2].tolist()]).T[:, :, None]
     dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
-    x = np.abs(cos * dx + sin * dy - box[0]) - box[2]
-    y = np.abs(cos * dy - sin * dx - box[1]) - box[3]
+    x = np.abs(cos * dx + sin * dy - box.x) - box.half_length
+    y = np.abs(cos * dy - sin * dx - box.y) - box.half_width
     outside = norms(np.maximum(x, 0), np.maximum(y, 0))
-    return float((outside + np.minimum(np.maximum(x, y), 0)).min()) - box[4]
+    return float((outside + np.minimum(np.maximum(x, y), 0)).min()) - box.rounding
 
 
 def _rounding(corners: Points, half: NDArray[np.float64]) -> float:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skills.giving_way import alternatives
-from skills.outline import Box, Outline, from_core, least_clearance
+from skills.outline import Outline, RoundedBox, from_core, least_clearance
 from skills.settings import SafetySettings
 from skills.surroundings import Points
 from transport.arithmetic import norm, norms
@@ -37,6 +38,22 @@ STANDING = np.zeros((1, 3))
 """The pose of a robot that stays where it is."""
 
 
+class Beside(NamedTuple):
+    """The area beside the robot that counts for its room, m in its frame.
+
+    Attributes:
+        rear: how far the outline reaches back (negative).
+        front: how far it reaches to the front.
+        side: how far it reaches to a side.
+        foresee: how far to look ahead.
+    """
+
+    rear: float
+    front: float
+    side: float
+    foresee: float
+
+
 class CollisionGuard:
     """Reduces or redirects a command that would bring the outline within the margin of a wall.
 
@@ -57,7 +74,7 @@ class CollisionGuard:
         self._outline = Outline(robot.footprint)
         self._sideways = isinstance(robot.base, Holonomic)
         (middle, _), (half, side) = self._outline.middle.tolist(), self._outline.half.tolist()
-        self._beside = (middle - half, middle + half, side, settings.foresee)
+        self._beside = Beside(middle - half, middle + half, side, settings.foresee)
 
     def admit(self, before: Twist, wanted: Twist, points: Points) -> Twist:
         """The command nearest to the wanted one that is safe and within the robot's limits.
@@ -122,7 +139,7 @@ class CollisionGuard:
         nearest point and what is opposite to it, at any heading of the robot. The smaller one counts.
         """
         now, ahead, across = looked_round(points, self._outline.box, self._beside)
-        return now, min(self._margin_for(ahead - 2 * self._beside[2]), self._margin_for(across))
+        return now, min(self._margin_for(ahead - 2 * self._beside.side), self._margin_for(across))
 
     def clearance(self, points: Points, poses: NDArray[np.float64]) -> float:
         """Smallest distance from any of the points to the outline at any of the poses, m; negative within it."""
@@ -165,40 +182,40 @@ def stopping(velocity: tuple[float, float, float], period: float, changes: tuple
 
 @compiled
 def clearance_in_stopping(
-    points: Points, box: Box, velocity: tuple[float, float, float], period: float, changes: tuple[float, float]
+    points: Points, box: RoundedBox, velocity: tuple[float, float, float], period: float, changes: tuple[float, float]
 ) -> float:
     """`least_clearance` at the poses of `stopping`, m; the arguments are theirs."""
     return least_clearance(points, stopping(velocity, period, changes), box)
 
 
 @compiled
-def looked_round(points: Points, box: Box, bounds: tuple[float, float, float, float]) -> tuple[float, float, float]:
+def looked_round(points: Points, box: RoundedBox, beside: Beside) -> tuple[float, float, float]:
     """The distance of the nearest point from the outline, `room_ahead` and `room_across`, m.
 
     Args:
         points: what is near, in the robot's frame, m, shape (n, 2), one at least.
         box: the outline.
-        bounds: as for `room_ahead`.
+        beside: as for `room_ahead`.
     """
     apart, distance = from_core(points, box)
     nearest = int(distance.argmin())
-    return float(distance[nearest]), room_ahead(points, bounds), room_across(apart, distance, nearest)
+    return float(distance[nearest]), room_ahead(points, beside), room_across(apart, distance, nearest)
 
 
 @compiled
-def room_ahead(points: Points, bounds: tuple[float, float, float, float]) -> float:
-    """From what is at the left to what is at the right, from the robot's rear up to a little ahead, m.
+def room_ahead(points: Points, beside: Beside) -> float:
+    """From what is on the left to what is on the right, from the robot's rear up to a little ahead, m.
 
     Args:
         points: what is near, in the robot's frame, m, shape (n, 2).
-        bounds: how far the outline reaches back, to the front and to a side, and how far to look ahead, m.
+        beside: where to look.
     """
     x, y = points[:, 0], points[:, 1]
-    rear, front, side, foresee = bounds
+    rear, front, side, foresee = beside
     faced = x[(np.abs(y) < side) & (x > front)]
     ahead = min(foresee, float(faced.min()) - SHORT * foresee) if len(faced) else foresee
-    beside = y[(x > rear) & (x < ahead)]
-    left, right = beside[beside > 0], beside[beside < 0]
+    seen = y[(x > rear) & (x < ahead)]
+    left, right = seen[seen > 0], seen[seen < 0]
     return float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf
 
 

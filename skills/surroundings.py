@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.facts import Facts
-from perception.sweep import ScanPoints, out_of_view
+from perception.sweep import FieldOfView, ScanPoints, out_of_view
 from skills.frames import Frame
 from transport.arithmetic import cos_sin, norms
 from transport.compiled import compiled
@@ -39,12 +39,12 @@ class Surroundings:
         moved = Frame(before).local(pose)
         motion = moved.x, moved.y, *cos_sin(moved.heading)
         fan = sweep.fan
-        if fan.bounds is None:
+        if fan.view is None:
             behind = fan.blind(carried_near(points, motion, self._reach))[-REMEMBERED:]
             points = np.concatenate([near_points(sweep, self._reach), behind])
         else:
-            sight = *fan.place, self._reach, *fan.bounds
-            points = seen_and_behind((sweep.ranges, fan.cosines, fan.sines), sight, points, motion)
+            beams = sweep.ranges, fan.cosines, fan.sines
+            points = seen_and_behind(beams, fan.view, self._reach, points, motion)
         self._last = pose, points
         return points
 
@@ -95,7 +95,8 @@ def carried_near(points: Points, motion: tuple[float, float, float, float], reac
 @compiled
 def seen_and_behind(
     beams: tuple[Points, Points, Points],
-    sight: tuple[float, float, float, float, float, float, float, float],
+    view: FieldOfView,
+    reach: float,
     before: Points,
     motion: tuple[float, float, float, float],
 ) -> Points:
@@ -103,11 +104,10 @@ def seen_and_behind(
 
     Args:
         beams: the ranges, m, shape (n,), NaN where nothing is known; cosines and sines of their directions.
-        sight: the sensor's place and the reach, m; cosine and sine of the first beam and of the last, and the angle
-            from the one to the other, rad.
+        view: the sensor's.
+        reach: a hit farther from the sensor counts as none, m.
         before: points in the robot's frame before it moved, m, shape (m, 2).
         motion: where the robot is in that frame, m, and cosine and sine of its heading.
     """
-    place, reach = sight[:2], sight[2]
-    behind = out_of_view(carried_near(before, motion, reach), place, sight[3:7], sight[7])[-REMEMBERED:]
-    return np.concatenate([nearest_of_beams(*beams, place, reach), behind])
+    behind = out_of_view(carried_near(before, motion, reach), view)[-REMEMBERED:]
+    return np.concatenate([nearest_of_beams(*beams, (view.x, view.y), reach), behind])

@@ -25,6 +25,9 @@ import skills.safety
 import skills.surroundings
 import transport.arithmetic
 import transport.sanity
+from perception.sweep import FieldOfView
+from skills.outline import RoundedBox
+from skills.safety import Beside
 from transport.compiled import PACKAGES, PLAIN, TWINS, arithmetic_in_use, kernels_of
 
 MODULES = (
@@ -146,7 +149,7 @@ def perceived(generator):
     first, last = generator.uniform(-4, 4, 2).tolist()
     yield "perception.extent_along", outline, (math.cos(first), math.sin(first))
     ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
-    yield "perception.out_of_view", points, place, ends, float(generator.uniform(0, 6))
+    yield "perception.out_of_view", points, FieldOfView(*place, *ends, float(generator.uniform(0, 6)))
     yield "perception.runs_of", points, hit, beams, (step / 0.2, 0.1, int(generator.integers(0, 4)))
     runs = TWINS["perception.runs_of"].plain(points, hit, beams, (step / 0.2, 0.1, 2))
     tolerance = float(generator.choice([0.0, 0.01, 0.05, 0.3]))
@@ -212,12 +215,12 @@ def guarded(generator):
     yield "skills.carried_near", points, (*place, *turn), reach
     first, last = generator.uniform(-4, 4, 2).tolist()
     ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
-    sight = *place, reach, *ends, float(generator.uniform(0, 6))
+    view = FieldOfView(*place, *ends, float(generator.uniform(0, 6)))
     many = points if generator.random() < 0.9 else np.tile(points, (20, 1))
     directions = generator.uniform(-1, 1, (2, beams))
-    yield "skills.seen_and_behind", (ranges, *directions), sight, many, (*place, *turn)
+    yield "skills.seen_and_behind", (ranges, *directions), view, reach, many, (*place, *turn)
     yield "skills.turned_near", points, turn, reach
-    box = (*generator.uniform(-0.1, 0.1, 2).tolist(), *generator.uniform(0, 0.3, 2).tolist(), 0.05)
+    box = RoundedBox(*generator.uniform(-0.1, 0.1, 2).tolist(), *generator.uniform(0, 0.3, 2).tolist(), 0.05)
     yield "skills.from_core", points, box
     poses = generator.uniform(-1, 1, (int(generator.integers(1, 8)), 3))
     yield "skills.least_clearance", points, poses, box
@@ -225,9 +228,9 @@ def guarded(generator):
     stop = tuple(velocity.tolist()), 0.1, tuple(generator.choice([0.005, 0.15, 2.0], 2).tolist())
     yield "skills.stopping", *stop
     yield "skills.clearance_in_stopping", points, box, *stop
-    bounds = *sorted(generator.uniform(-0.4, 0.4, 2).tolist()), 0.25, reach
-    yield "skills.room_ahead", points, bounds
-    yield "skills.looked_round", points, box, bounds
+    beside = Beside(*sorted(generator.uniform(-0.4, 0.4, 2).tolist()), 0.25, reach)
+    yield "skills.room_ahead", points, beside
+    yield "skills.looked_round", points, box, beside
     apart, distance = TWINS["skills.from_core"].plain(points, box)
     yield "skills.room_across", apart, distance, int(distance.argmin())
     yield "skills.passage_between", points, (0.25, reach, 0.1, float(generator.uniform(0, 1)), 0.5)

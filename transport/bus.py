@@ -74,6 +74,10 @@ class Mailbox(Generic[T]):
             return None
 
 
+SESSION = "session"
+"""Last part of the key of a robot's session, which its side announces."""
+
+
 class Publisher(Protocol):
     """Sends messages on one key."""
 
@@ -123,7 +127,7 @@ class Bus(Protocol):
         ...
 
     def survey(self, seconds: float) -> set[str]:
-        """The keys with messages within a time, and the liveliness tokens of ROS 2."""
+        """The keys with messages within a time, and the liveliness tokens of ROS 2 and of robots' sides."""
         ...
 
     def close(self) -> None:

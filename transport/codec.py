@@ -240,7 +240,8 @@ def decode_odometry(payload: bytes) -> Odometry:
     """
     if payload[:4] == _LITTLE_ENDIAN and payload[12:44] == _ODOMETRY_FRAMES and len(payload) == _ODOMETRY.size:
         _, seconds, rest, _, _, _, _, x, y, _, _, _, qz, qw, *twist = _ODOMETRY.unpack(payload)
-        return Odometry(seconds * NANOSECONDS + rest, x, y, qz, qw, Twist(twist[0], twist[1], twist[5]))
+        forward, left, _, _, _, turn = twist
+        return Odometry(seconds * NANOSECONDS + rest, x, y, qz, qw, Twist(forward, left, turn))
     message = decode_message(payload, ODOMETRY)
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     linear, angular = message.twist.twist.linear, message.twist.twist.angular

@@ -5,8 +5,10 @@ from __future__ import annotations
 from itertools import takewhile
 from typing import NamedTuple
 
-from transport.bus import Bus
+from transport.bus import SESSION, Bus
 from transport.keys import RobotKeys
+from transport.ros_tokens import is_domain, topic_token
+from transport.wording import printable
 
 LISTENED = 1.0
 """How long to listen, s: a sensor sends several messages in that time."""
@@ -35,34 +37,32 @@ class Topic(NamedTuple):
         return f"`{self.path}`" + (f" ({self.kind})" if self.kind else "")
 
 
-def _is_domain(text: str) -> bool:
-    """Whether a part of a key is the number of a ROS domain."""
-    return text.isdecimal() and len(text) <= 9
-
-
 def topic_of(key: str) -> Topic | None:
     """The topic of a key or of a liveliness token of a publisher; None for what is neither."""
+    token = topic_token(key)
+    if token is not None:
+        return Topic("rmw_zenoh", token.domain, token.path, token.dds_type) if token.kind == "MP" else None
     parts = key.split("/")
-    if parts[0] == "@ros2_lv":
-        if len(parts) < 12 or parts[5] != "MP" or not _is_domain(parts[1]):
-            return None
-        return Topic("rmw_zenoh", int(parts[1]), parts[9].strip("%").replace("%", "/"), parts[10])
-    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and _is_domain(parts[0]):
+    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and is_domain(parts[0]):
         return Topic("rmw_zenoh", int(parts[0]), "/".join(parts[1:-2]), parts[-2])
-    return None if key.startswith("@") else Topic("bridge", 0, key)
+    return None if key.startswith("@") or key.endswith(f"/{SESSION}") else Topic("bridge", 0, key)
 
 
 def heard_instead(bus: Bus, keys: RobotKeys) -> str:
-    """One sentence: the keys where a robot was expected, the topics that exist instead, and a suggestion.
+    """One sentence: the keys where a robot was expected, the robots or topics that exist instead, and a suggestion.
 
     Args:
         bus: the network; it is listened to for a second.
         keys: where the robot was expected.
     """
-    topics = sorted({topic for key in bus.survey(LISTENED) if (topic := topic_of(key)) is not None})
+    heard = bus.survey(LISTENED)
+    robots = {key.removesuffix(f"/{SESSION}") for key in heard if key.endswith(f"/{SESSION}")}
+    topics = sorted({topic for key in heard if (topic := topic_of(key)) is not None})
     listened = f"listened on `{keys.scan}` and `{keys.odometry}`"
     if keys.settings.gate:
         listened = f"asked for `{keys.session}`"
+        if robots:
+            return f"{listened}; {_named(sorted(printable(name) for name in robots))}"
     if not topics:
         return f"{listened}; there are no other topics"
     named = ", ".join(topic.shown for topic in topics[:SHOWN])
@@ -70,6 +70,14 @@ def heard_instead(bus: Bus, keys: RobotKeys) -> str:
     settings = _settings(topics, keys)
     way_out = "" if settings is None else _way_out(settings, keys)
     return f"{listened}; heard {named}{more}{way_out}"
+
+
+def _named(robots: list[str]) -> str:
+    """The robots that answer on the network, and what to give to take one."""
+    more = f" and {len(robots) - SHOWN} more" if len(robots) > SHOWN else ""
+    shown = ", ".join(f"`{name}`" for name in robots[:SHOWN])
+    here = f"the robot here is {shown}" if len(robots) == 1 else f"the robots here are {shown}{more}"
+    return f"{here}; give its profile with --robot, or --set robot.name={robots[0] if len(robots) == 1 else 'NAME'}"
 
 
 def _way_out(settings: list[str], keys: RobotKeys) -> str:

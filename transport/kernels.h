@@ -272,12 +272,12 @@ static inline void halfway(double x, double y, double *cosine, double *sine)
     }
 }
 
-/* Whether a sensor looks at a place, whatever is in between: `ends` are cosine and sine of its first beam and of its last. */
-static inline int in_view(double x, double y, const double *place, const double *ends, double span)
+/* Whether a sensor looks at a place, whatever is in between; its view has the order of `FieldOfView`. */
+static inline int in_view(double x, double y, const double *view)
 {
-    x -= place[0], y -= place[1];
-    int after_first = ends[0] * y - ends[1] * x >= -1e-5, before_last = ends[3] * x - ends[2] * y >= -1e-5;
-    return span > 3.141592653589793 ? after_first || before_last : after_first && before_last;
+    x -= view[0], y -= view[1];
+    int after_first = view[2] * y - view[3] * x >= -1e-5, before_last = view[5] * x - view[4] * y >= -1e-5;
+    return view[6] > 3.141592653589793 ? after_first || before_last : after_first && before_last;
 }
 
 typedef struct {

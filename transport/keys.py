@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from transport import codec
+from transport.bus import SESSION
 from transport.section import is_network_name
 from transport.settings import LinkSettings
 
@@ -64,7 +65,7 @@ class RobotKeys:
     @property
     def session(self) -> str:
         """Questions of a controller and their answers, in JSON."""
-        return f"{self.namespace}/session"
+        return f"{self.namespace}/{SESSION}"
 
     def _topic(self, name: str, kind: str) -> str:
         path = f"{self.namespace}/{name.strip('/')}".lstrip("/")

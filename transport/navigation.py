@@ -26,6 +26,7 @@ from transport.bus import Bus, Newest
 from transport.keys import RobotKeys
 from transport.messages import Navigation, Pose
 from transport.ros_graph import RosGraph, RosSender
+from transport.ros_tokens import topic_token
 
 SERVICES = ("send_goal", "get_result", "cancel_goal")
 FEEDBACK, STATUS = "feedback", "status"
@@ -255,9 +256,7 @@ class _Pursuit(Thread):
 def _offered(heard: set[str], domain: int) -> dict[str, str]:
     """The keys of the services and topics that liveliness tokens show, by their names without the leading slash."""
     found = {}
-    for token in heard:
-        parts = token.split("/")
-        if parts[0] == "@ros2_lv" and len(parts) > 11 and parts[1] == str(domain) and parts[5] in ("SS", "MP"):
-            name = parts[9].strip("%").replace("%", "/")
-            found[name] = f"{domain}/{name}/{parts[10]}/{parts[11]}"
+    for token in map(topic_token, heard):
+        if token is not None and token.domain == domain and token.kind in ("SS", "MP"):
+            found[token.path] = f"{domain}/{token.path}/{token.dds_type}/{token.type_hash}"
     return found

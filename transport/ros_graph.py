@@ -14,6 +14,7 @@ import xxhash
 
 from transport.bus import Bus, Publisher
 from transport.keys import RobotKeys
+from transport.ros_tokens import SPACE
 
 NODE = "maze_machine"
 """The name of a controller's node, in the robot's namespace."""
@@ -64,7 +65,7 @@ class RosGraph:
             self._name,
         )
         self._entities += 1
-        parts = ["@ros2_lv", str(self._domain), *node]
+        parts = [SPACE, str(self._domain), *node]
         if key:
             _domain, *topic, dds_type, type_hash = key.split("/")
             parts += [_mangled("/" + "/".join(topic)), dds_type, type_hash, quality]

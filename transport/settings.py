@@ -37,13 +37,15 @@ class LinkSettings(Settings):
     navigation_frame: Topic = "map"
     """The frame in which that goal is given."""
     dead_man: Positive = 0.25
-    """The robot's side stops the base when it has accepted no command for this long, s."""
+    """The robot's side stops the base when it has accepted no command for this long, s; in a profile 2 at most."""
     answer_age: Positive = 0.35
-    """The robot's side rejects a command that answers an observation older than this, s."""
+    """The robot's side rejects a command that answers an observation older than this, s; in a profile 2 at
+    most."""
     patience: Positive = 1.0
     """The lease of a controller that was silent for this long may go to another, s."""
     stale: Positive = 0.35
-    """The base is stopped when scan or odometry is older than this, s: by the controller, and by a gate on its own."""
+    """The base is stopped when scan or odometry is older than this, s: by the controller, and by a gate on its own; in
+    a profile 2 s at most."""
     resume: Positive = 0.3
     """It may move again when both have been fresh and credible for this long, s."""
     silence: Positive = 5.0

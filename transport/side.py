@@ -42,6 +42,7 @@ class RobotEndpoint:
         self._shown: list[tuple[Publisher, bytes, bytes]] = []
         bus.subscribe(keys.command, self._inbox.put)
         bus.serve(keys.session, self._inbox.put)
+        bus.announce(keys.session)
 
     def take(self, timeout: float = 0.0) -> TaggedCommand | None:
         """The next command that can be read, after all questions before it have been answered.

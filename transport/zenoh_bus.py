@@ -15,7 +15,7 @@ from typing import Literal
 
 import zenoh
 
-from transport.bus import MAX_PAYLOAD, Message, Request
+from transport.bus import MAX_PAYLOAD, SESSION, Message, Request
 from transport.endpoints import check_endpoint
 from transport.robot import LinkError
 
@@ -159,13 +159,14 @@ class ZenohBus:
         return None
 
     def survey(self, seconds: float) -> set[str]:
-        """The keys with messages within a time, and the liveliness tokens of ROS 2."""
+        """The keys with messages within a time, and the liveliness tokens of ROS 2 and of robots' sides."""
         heard: set[str] = set()
         subscriber = self._session.declare_subscriber("**", lambda sample: heard.add(str(sample.key_expr)))
         try:
-            for reply in self._session.liveliness().get("@ros2_lv/**", timeout=seconds):
-                if reply.ok is not None:
-                    heard.add(str(reply.ok.key_expr))
+            for tokens in ("@ros2_lv/**", f"**/{SESSION}"):
+                for reply in self._session.liveliness().get(tokens, timeout=seconds):
+                    if reply.ok is not None:
+                        heard.add(str(reply.ok.key_expr))
             time.sleep(seconds)
         finally:
             subscriber.undeclare()  # type: ignore[no-untyped-call]

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 from pathlib import Path
 
-from lark import Token
-
 from hsm.dsl import checks
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.acceptance import accepted
@@ -17,6 +15,7 @@ from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.layout import without_doubtful
 from hsm.dsl.syntax.parser import parse
 from hsm.dsl.syntax.sources import SUFFIX, read_text
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
 from hsm.model.registry import Library
@@ -65,7 +64,7 @@ def load_model(path: str | Path, library: Library, assumed: Sequence[str] = ()) 
 
 
 def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
-    """The machine in a text; imports are looked for beside ``file``.
+    """The machine in a text; imports are searched for beside ``file``.
 
     Raises:
         MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
@@ -90,7 +89,7 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
-    """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
+    """Check a text as ``check_file`` does; imports are searched for beside ``file``."""
     return _Loader(library).check(text, file, remarks=remarks)
 
 

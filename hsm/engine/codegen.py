@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import Evaluation, eager_signals
@@ -43,6 +43,22 @@ FEW_PATHS = 16
 
 _Continuation = Callable[[int, int], None]
 """Writes the code that follows a decided condition, at a depth and with the path so far."""
+
+
+class _PreparedCall(NamedTuple):
+    """A signal's call with what is computed of it once.
+
+    Attributes:
+        call: kept, so that its id remains its own.
+        slot: of the signal with these arguments.
+        changing: whether the arguments can change during a run.
+        arguments: their function.
+    """
+
+    call: SignalValue
+    slot: int
+    changing: bool
+    arguments: Callable[..., tuple[Any, ...]]
 
 
 @dataclass(slots=True)
@@ -92,7 +108,7 @@ class Generator:
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
-        self._calls: dict[int, tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]] = {}
+        self._calls: dict[int, _PreparedCall] = {}
         self._functions: dict[int, tuple[object, Callable[..., Any]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
@@ -322,14 +338,13 @@ class Generator:
 
     def given(self, call: SignalValue, values: Sequence[Any]) -> tuple[Any, ...]:
         """The arguments of a call."""
-        return self._prepared(call)[3](None, {}, values, ())
+        return self._prepared(call).arguments(None, {}, values, ())
 
-    def _prepared(self, call: SignalValue) -> tuple[SignalValue, int, bool, Callable[..., tuple[Any, ...]]]:
-        """A call, its slot, whether its arguments can change, and the function of these: found once for each object."""
+    def _prepared(self, call: SignalValue) -> _PreparedCall:
+        """What is needed of a call: found once for each object."""
         found = self._calls.get(id(call))
         if found is None:
-            # The call is kept with the rest, so that its id remains its own.
-            found = call, self.slot(call), self.changing(call), self.arguments(call.arguments)
+            found = _PreparedCall(call, self.slot(call), self.changing(call), self.arguments(call.arguments))
             self._calls[id(call)] = found
         return found
 

@@ -87,7 +87,7 @@ class Looked(NamedTuple):
     """One look that is over.
 
     Attributes:
-        event: what was looked for; None for conditions.
+        event: what was searched for; None for conditions.
         configuration: where.
         plan: what was taken; None where nothing was.
     """

@@ -23,21 +23,21 @@ class Verdict(Enum):
     PREEMPTED = "another transition that was taken leaves the same states"
     FALSE = "its condition did not hold"
     EARLIER = "another transition came first"
-    NOT_DUE = "its time had not come"
+    NOT_DUE = "it was not due"
     FAILED = "its condition could not be evaluated"
     UNDONE = "one of its actions failed, and it was undone"
-    ABSENT = "none of its events came"
+    ABSENT = "none of its events arrived"
 
 
 @dataclass(frozen=True, slots=True)
 class Considered:
-    """One transition in one selection.
+    """A transition that a selection considered.
 
     Attributes:
         transition: the transition.
         trigger: the trigger of the selection: an event's name, ``always``, ``after`` or ``when``.
         verdict: its verdict.
-        conditions: each condition of its guard, as text, with its value; None where it did not matter or failed.
+        conditions: each condition of its guard, as text, with its value; None if it did not matter or failed.
         values: the signals and variables in the conditions that were evaluated, as text, with their values.
         remaining: for a time-out that is not due: the seconds to go.
     """

@@ -37,7 +37,7 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
 
     Raises:
         ValueError: a parameter is unknown, one without a default is missing, or a value, given or made of others, is
-            out of bounds, infinite or no number.
+            out of bounds, infinite or NaN.
         TypeError: a value is of the wrong type.
     """
     if not isinstance(given, Mapping):
@@ -105,7 +105,7 @@ def parameter_value(model: Model, parameter: Parameter, given: Any) -> Any:
     """A value for a parameter of a machine, as the engine has it.
 
     Raises:
-        ValueError: it is out of bounds, infinite or no number.
+        ValueError: it is out of bounds, infinite or NaN.
         TypeError: it is of the wrong type.
     """
     default = parameter.default
@@ -177,7 +177,7 @@ def checked_time(time: float, last: float) -> float:
         last: of the step before.
 
     Raises:
-        ValueError: it is before that of the step before, infinite, or no number.
+        ValueError: it is before that of the step before, infinite or NaN.
         TypeError: it is not a number at all.
     """
     if not isinstance(time, Real) or isinstance(time, bool):

@@ -27,7 +27,7 @@ def finite(value: float) -> float:
     """A number as it is.
 
     Raises:
-        LimitError: it is infinite or no number.
+        LimitError: it is infinite or NaN.
     """
     if isfinite(value):
         return value
@@ -38,7 +38,7 @@ def duration(value: float) -> int:
     """A duration in seconds as whole nanoseconds.
 
     Raises:
-        LimitError: it is negative, infinite or no number.
+        LimitError: it is negative, infinite or NaN.
     """
     if isfinite(value) and value >= 0:
         return nanoseconds(value)
@@ -49,7 +49,7 @@ def interval(value: float) -> int:
     """The time from one repetition to the next in seconds, as whole nanoseconds.
 
     Raises:
-        LimitError: it is none, negative, infinite or no number.
+        LimitError: it is none, negative, infinite or NaN.
     """
     if found := duration(value):
         return found

@@ -151,7 +151,7 @@ class Monitor:
     What stays violated from step to step is reported once, and a broken assumption once in a run. Assumptions come
     first; ``PACE`` is one of them where the machine states anything. A step that took nothing leaves the states and
     variables as they are; after it, only claims about signals, those that wait for a deadline, and those that were
-    violated are looked at again.
+    violated are examined again.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:

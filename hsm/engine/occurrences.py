@@ -37,7 +37,7 @@ def checked_events(model: Model, events: Iterable[OutsideInput]) -> list[Outside
         TypeError: it is not a list or one text, something in the list is not an event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
-            missing, unknown or given twice, the parameter is not adjustable, or a value is infinite, no number or out
+            missing, unknown or given twice, the parameter is not adjustable, or a value is infinite, NaN or out
             of bounds.
     """
     if isinstance(events, str):
@@ -138,25 +138,26 @@ def _parameter(model: Model, name: str) -> Parameter:
 def _parts(model: Model, text: str) -> tuple[str, Mapping[str, Any]]:
     """The name in a text and the values after it, by name."""
     written = None if len(text) > _LONGEST else _WITH_DATA.fullmatch(text)
-    declared = None if written is None else model.data_of(written[1])
     if written is None:
         return text, {}
+    event, values = written.groups()
+    declared = model.data_of(event)
     fields = {} if declared is None else {one.name: one for one in declared.fields}
     found: dict[str, Any] = {}
-    for position, part in enumerate(written[2].split(",") if written[2].strip() else ()):
+    for position, part in enumerate(values.split(",") if values.strip() else ()):
         name, equals, value = (one.strip() for one in part.partition("="))
         if not equals and fields and position >= len(fields):
-            raise ValueError(f"event `{written[1]}` carries {len(fields)} value{'s' * (len(fields) != 1)}, not more")
+            raise ValueError(f"event `{event}` carries {len(fields)} value{'s' * (len(fields) != 1)}, not more")
         if not equals:
             name, value = (list(fields)[position] if fields else ""), name
         if name in found:
-            raise ValueError(f"`{name}` of event `{written[1]}` is given twice in `{text:.{_WIDEST}}`")
+            raise ValueError(f"`{name}` of event `{event}` is given twice in `{text:.{_WIDEST}}`")
         if name in fields:
             field = fields[name]
-            subject = f"`{name} : {field.type}` of event `{written[1]}`"
+            subject = f"`{name} : {field.type}` of event `{event}`"
             value = _value(subject, field.type, field.enumeration, value)
         found[name] = value
-    return written[1], found
+    return event, found
 
 
 def _value(subject: str, kind: Type, enumeration: EnumerationClass | None, text: str) -> Any:

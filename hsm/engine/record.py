@@ -30,7 +30,7 @@ class Selection(NamedTuple):
     """The selection of transitions for one trigger.
 
     Attributes:
-        trigger: what was looked for.
+        trigger: what was searched for.
         configuration: the states that were active.
         values: the variables.
         due: the time-outs that were due.

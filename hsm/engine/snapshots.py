@@ -311,7 +311,9 @@ def _restored_timers(
 def _restored_history(machine: CompiledChart, name: str, states: Sequence[str]) -> tuple[int, tuple[int, ...]]:
     index, remembered = _index(machine, name), tuple(_index(machine, one) for one in states)
     if not machine.topology.recalls(index, remembered):
-        raise SnapshotError(f"`{name}` remembers {' and '.join(f'`{one}`' for one in states)}, and cannot lead there")
+        raise SnapshotError(
+            f"`{name}` remembers {' and '.join(f'`{one}`' for one in states)}, which it can no longer enter"
+        )
     return index, remembered
 
 

@@ -118,7 +118,7 @@ class _Growth:
     Args:
         trees: those of the machine.
         leaf: what the look follows.
-        event: what is looked for; None for conditions.
+        event: what is searched for; None for conditions.
     """
 
     def __init__(self, trees: Trees, leaf: Leaf, event: str | None) -> None:

@@ -215,7 +215,7 @@ def _state_beyond(machine: CompiledChart, state: State) -> Iterator[str]:
 
 def _transition_beyond(machine: CompiledChart, transition: Transition) -> Iterator[str]:
     if not isinstance(transition.trigger, On):
-        yield "it waits for no event"
+        yield "it has no event"
     elif transition.trigger.prefix and any("*" in name or "." in name for name in transition.trigger.names):
         yield "it matches events by the first parts of their names"
     if len(transition.targets) > 1:
@@ -224,7 +224,7 @@ def _transition_beyond(machine: CompiledChart, transition: Transition) -> Iterat
         yield "it exits and enters different states in `transitions`"
     names = transition.trigger.names if isinstance(transition.trigger, On) else ()
     if any(machine.model.data_of(name) is not None for name in names):
-        yield "its event carries something"
+        yield "its event carries data"
     yield from _actions_beyond(machine, transition.source, transition.actions)
 
 
@@ -250,8 +250,8 @@ def _leaves_alike(machine: CompiledChart, transition: Transition) -> bool:
 
 def _actions_beyond(machine: CompiledChart, state: int, actions: tuple[Action, ...]) -> Iterator[str]:
     if any(isinstance(action, Raise) and action.arguments for action in actions):
-        yield "an action raises an event that carries something"
+        yield "an action raises an event that carries data"
     elif any(isinstance(action, Send | Cancel) for action in actions):
-        yield "an action sends an event in time"
+        yield "an action raises an event after a delay"
     elif (block := machine.generator.actions(state, Occasion.ENTRY, actions)) is not None and block.watches:
-        yield "an action asks which states are active"
+        yield "an action reads which states are active"

@@ -53,7 +53,7 @@ class InstanceCopy:
         derived: what parameters are made of that are made of others, by their names in the machine.
         variables: all variables, set when the instance's state is entered (inner instances: on their own entry).
         properties: what must hold of it, about the instance's state.
-        assumptions: what it takes for granted while that is active.
+        assumptions: what it assumes while that is active.
     """
 
     root: State

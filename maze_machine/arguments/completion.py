@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from maze_machine.installation import HOME
 
 
 def complete_machine(incomplete: str) -> list[str]:
@@ -22,6 +22,6 @@ def complete_profile(incomplete: str) -> list[str]:
 
 def _names(package: str, folder: str, suffixes: tuple[str, ...], incomplete: str) -> list[str]:
     """Names of the data files of a package, without importing what is in it."""
-    found = (entry.name for entry in (files(package) / folder).iterdir())
+    found = (entry.name for entry in (HOME.joinpath(*package.split(".")) / folder).iterdir())
     stems = {name.removesuffix(suffix) for name in found for suffix in suffixes if name.endswith(suffix)}
     return sorted(stem for stem in stems if stem.startswith(incomplete))

@@ -30,7 +30,7 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | st
     for number, (option, path) in enumerate(named):
         for other, written in named[:number]:
             if _same(path, written):
-                raise UsageError(f"{other} and {option} are one file, {path}", "choose another file")
+                raise UsageError(f"{other} and {option} are the same file, {path}", "choose another file")
 
 
 def check_suffix(option: str, path: Path | None, known: Sequence[str]) -> None:
@@ -46,7 +46,7 @@ def check_suffix(option: str, path: Path | None, known: Sequence[str]) -> None:
     """
     if path is None or path.suffix in known or _is_device(path):
         return
-    wrong = f"no format is named `{path.suffix}`" if path.suffix else "the name has no suffix"
+    wrong = f"there is no format `{path.suffix}`" if path.suffix else "the name has no suffix"
     raise UsageError(f"{option} {path}: {wrong}", f"use {' or '.join(known)}")
 
 

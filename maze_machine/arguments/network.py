@@ -50,7 +50,7 @@ def secured(
             raise UsageError(f"{endpoint} needs a certificate", "give --identity FOLDER/NAME")
         return None
     if not endpoint.startswith("tls/"):
-        raise UsageError(f"a certificate is of no use at {endpoint}", "the endpoint must be tls/HOST:PORT")
+        raise UsageError(f"a certificate is useless at {endpoint}", "the endpoint must be tls/HOST:PORT")
     try:
         known = Identity.at(identity)
         return known.listening(settings) if listens else known.dialling()

@@ -39,7 +39,7 @@ def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Ite
 
     Raises:
         UsageError: dask is not installed, or the address is none of a scheduler. ClusterError: no scheduler answers,
-            or it is lost for good.
+            or it is lost permanently.
     """
     clients = [_client(_checked(address), FIRST)]
     with _quiet():

@@ -118,7 +118,7 @@ def _require_results(path: Path) -> None:
     except arrow.ArrowException:
         names = []
     if not {"machine", "maze", "seed", "solved"} <= set(names):
-        raise FileError(f"{path} exists and does not hold the results of a campaign", "choose another file")
+        raise FileError(f"{path} exists and does not contain the results of a campaign", "choose another file")
 
 
 def summary_of_columns(path: Path) -> tuple[list[Row], list[str]]:
@@ -126,7 +126,7 @@ def summary_of_columns(path: Path) -> tuple[list[Row], list[str]]:
 
     Raises:
         UsageError: pyarrow is not installed.
-        FileError: the file does not hold the results of a campaign.
+        FileError: the file does not contain the results of a campaign.
     """
     arrow = _pyarrow()
     try:
@@ -137,7 +137,7 @@ def summary_of_columns(path: Path) -> tuple[list[Row], list[str]]:
         outcomes, names = _codes(table, "outcome")
     except (arrow.ArrowException, KeyError, OSError):
         raise FileError(
-            f"{path} does not hold the results of a campaign", "give a file that `sweep` has written"
+            f"{path} does not contain the results of a campaign", "give a file that `sweep` has written"
         ) from None
     ran = np.asarray(table["refused"].combine_chunks().is_null())
     solved = np.asarray(table["solved"])
@@ -158,8 +158,8 @@ def _codes(table: arrow.Table, name: str) -> Texts:
 
 def _row(machine: str, runs: Flags, solved: Flags, touched: Flags, figures: Sequence[Figures]) -> Row:
     led_out = runs & solved
-    time, path, clearance = figures[0][led_out], figures[1][led_out], figures[2][runs]
-    clearance = clearance[~np.isnan(clearance)]
+    time, path, clearance = figures
+    time, path, clearance = time[led_out], path[led_out], clearance[runs & ~np.isnan(clearance)]
     return Row(
         machine,
         runs=int(np.count_nonzero(runs)),

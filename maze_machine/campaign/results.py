@@ -129,7 +129,7 @@ class Results:
         setup, files = head.setup, head.files
         changed = [name for name, mark in self._files.items() if files.get(name, mark) != mark]
         if setup != self._setup or changed:
-            what = f"of {', '.join(changed)} as it was before a change" if changed else f"of another setup: {setup}"
+            what = f"of {', '.join(changed)} before it was changed" if changed else f"of another setup: {setup}"
             raise FileError(f"{self._file} holds results {what}", "give another file, or remove this one")
         self._files = files | self._files
 
@@ -144,7 +144,7 @@ def records_in(file: Path) -> list[Record]:
         return _contents(file)[1]
     except (ValueError, RecursionError):
         raise FileError(
-            f"{file} does not hold the results of a campaign", "give a file that `sweep` has written"
+            f"{file} does not contain the results of a campaign", "give a file that `sweep` has written"
         ) from None
 
 

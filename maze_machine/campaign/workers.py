@@ -18,7 +18,7 @@ from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
 from maze_machine.errors import CommandError, ExitStatus
 
 ATTEMPTS = 2
-"""How often a job is tried if its process dies: the cause may be something else than the job."""
+"""How often a job is tried if its process dies: the cause may be something other than the job."""
 
 
 STARTS = 5

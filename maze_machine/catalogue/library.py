@@ -129,7 +129,7 @@ def named_library(
     Args:
         name: ``module:name`` for the library itself, or ``module:function`` for a function that gives it: one without
             arguments, or one that is given the shipped library and adds names to it.
-        folder: where modules are looked for as well; by default the present folder.
+        folder: where modules are searched for as well; by default the present folder.
         shipped: returns the library that such a function is given.
 
     Raises:
@@ -139,9 +139,9 @@ def named_library(
     try:
         made = found if isinstance(found, Library) else found(shipped()) if _takes_one(found) else found()
     except Exception as error:  # the module is foreign: any exception is an error in it, not in this program
-        raise UsageError(f"`{name}` gives no library: {_fault(error)}") from None
+        raise UsageError(f"`{name}` returns no library: {_fault(error)}") from None
     if not isinstance(made, Library):
-        raise UsageError(f"`{name}` gives no library but {made!r}")
+        raise UsageError(f"`{name}` returns no library but {made!r}")
     return made
 
 

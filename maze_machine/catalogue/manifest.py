@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from importlib import import_module
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +65,7 @@ def shipped_names(folder: Path) -> Library[Any, Any]:
     Args:
         folder: where the shipped machines lie.
     """
-    text = (files("maze_machine.catalogue") / FILE).read_text(encoding="utf-8")
+    text = Path(__file__).with_name(FILE).read_text(encoding="utf-8")
     return library_of(json.loads(text), folder)
 
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, Field, ValidationError
 
 from maze_machine.catalogue.project import default_robot
 from maze_machine.catalogue.shipped import find_file
 from maze_machine.errors import CommandError, FileError, UsageError
 from perception.settings import PerceptionSettings
 from skills.settings import SkillSettings
+from transport.arithmetic import atan2
 from transport.description import RobotDescription, fitted
 from transport.section import Grows, Settings
 from transport.settings import LinkSettings
@@ -31,12 +33,43 @@ class ProfileError(FileError):
     """A profile that cannot be used; the message names the file, the key, the reason and a suggestion."""
 
 
+LONGEST_BLIND = 2.0
+"""A robot may drive on without a new look or a new command for this long at most, s."""
+
+
+def _stops_soon(link: LinkSettings) -> LinkSettings:
+    """Refuse a link whose robot drives on for long after it has lost its eyes or its controller."""
+    for key in ("dead_man", "answer_age", "stale"):
+        value = getattr(link, key)
+        if value > LONGEST_BLIND:
+            raise ValueError(
+                f"must have `{key}` of at most {LONGEST_BLIND:g} s, not {value:g}: for that time the robot drives on "
+                "without seeing anything new, or without a command"
+            )
+    return link
+
+
+def _sees_its_lane(robot: RobotDescription) -> RobotDescription:
+    """Refuse a laser that does not see the robot's whole lane where it must begin to brake."""
+    laser, needed = robot.laser, robot.radius + robot.stopping_distance
+    ahead, span = needed - laser.mount_x, laser.angle_max - laser.angle_min + abs(laser.angle_increment)
+    for edge in (robot.half_width, -robot.half_width):
+        direction = atan2(edge - laser.mount_y, ahead)
+        if (direction - laser.angle_min - laser.mount_heading) % math.tau > span:
+            raise ValueError(
+                f"must have a laser that sees its lane: {robot.half_width:.3g} m to either side, {needed:.3g} m ahead, "
+                f"where it must begin to brake; nothing is seen in the direction of {direction:.2f} rad. Correct "
+                "`laser.angle_min`, `laser.angle_max` or `laser.mount_heading`"
+            )
+    return robot
+
+
 class Profile(Settings):
     """The settings of a robot; the sections of a profile file."""
 
-    robot: RobotDescription = RobotDescription()
+    robot: Annotated[RobotDescription, AfterValidator(_sees_its_lane)] = RobotDescription()
     """The robot's body: shape, limits, laser, period."""
-    link: LinkSettings = LinkSettings()
+    link: Annotated[LinkSettings, AfterValidator(_stops_soon)] = LinkSettings()
     """How to reach the robot, and the timeouts of both sides."""
     perception: PerceptionSettings = PerceptionSettings()
     """Thresholds and sizes of perception; those left out grow with the robot."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from importlib.resources import files
 from pathlib import Path
 
 from hsm.dsl.syntax.lexer import RESERVED
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.errors import FileError, UsageError
+from maze_machine.installation import HOME
 from transport.files import write_text
 
 _PROJECT = {
@@ -73,7 +73,7 @@ def make_project(name: str, folder: Path, *, robot: bool = False) -> list[Path]:
 
 
 def _text(source: str) -> str:
-    return (files("maze_machine.templates") / f"{source}.in").read_text(encoding="utf-8")
+    return (HOME / "maze_machine" / "templates" / f"{source}.in").read_text(encoding="utf-8")
 
 
 def _filled(text: str, words: dict[str, str]) -> str:

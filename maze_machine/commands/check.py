@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from maze_machine import __version__
 from maze_machine.arguments.completion import complete_machine
 from maze_machine.arguments.options import LibraryOption
 from maze_machine.errors import ExitStatus, UsageError
@@ -53,10 +54,8 @@ def check(
 
     Example: `maze-machine check my.maze-machine --deep`
 
-    Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
+    Example: `maze-machine check my.maze-machine --ignore N --sarif > check.sarif`
     """
-    from importlib.metadata import version
-
     from hsm.dsl import check_file
     from hsm.dsl.reporting import render
     from hsm.model.diagnostics import Severity
@@ -65,7 +64,7 @@ def check(
     from maze_machine.catalogue.project import find_project
 
     if json and sarif:
-        raise UsageError("--json does not go with --sarif", "one form at a time")
+        raise UsageError("--json cannot be combined with --sarif", "one form at a time")
     findings: list[Diagnostic] = []
     sources: dict[str, str] = {}
     named = named_files(files or [])
@@ -86,7 +85,7 @@ def check(
     if json:
         print(render.as_json(findings))
     elif sarif:
-        print(render.as_sarif(findings, version("maze-machine")))
+        print(render.as_sarif(findings, __version__))
     else:
         print_findings(findings, sources, named)
     if any(found.code == "E0107" for found in findings):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from traceback import walk_tb
 from typing import TYPE_CHECKING
 
+from maze_machine import __version__
 from maze_machine.arguments.options import LibraryOption
 from maze_machine.errors import missing_package
 
@@ -27,10 +28,12 @@ def lsp(library: LibraryOption = None) -> None:
     import os
     import sys
     from contextlib import redirect_stdout
-    from importlib.metadata import version
 
     gc.disable()  # the protocol's types are many objects that never go: nothing is to be looked through while they come
     try:
+        from hsm.dsl.lsp.deferred import defer_types
+
+        defer_types()
         from lsprotocol.types import MessageType, ShowMessageParams
         from pygls.exceptions import JsonRpcInvalidParams
 
@@ -44,8 +47,8 @@ def lsp(library: LibraryOption = None) -> None:
         server.window_show_message(ShowMessageParams(MessageType.Warning, message))
 
     libraries = EditorLibraries(library, warn)
-    server = make_server(libraries, version("maze-machine"))
-    add_requests(server, libraries, version("maze-machine"))
+    server = make_server(libraries, __version__)
+    add_requests(server, libraries, __version__)
     # What an editor shows of the server's own words is to be errors: a request that is refused is answered, no more.
     protocol = logging.getLogger("pygls.protocol.json_rpc")
     protocol.setLevel(logging.ERROR)

@@ -115,9 +115,14 @@ def _on_page(
     )
     with page:
         announce(page)
-        print("the run begins when a browser shows the page; Ctrl-C gives it up", file=sys.stderr, flush=True)
+        print("the run begins when a browser shows the page; Ctrl-C cancels it", file=sys.stderr, flush=True)
         page.seen.wait()
-        yield ShownRun(page.publish, page.end)
+        try:
+            yield ShownRun(page.publish, page.end)
+        except Exception as error:  # the page says it, too; a world that waits for its controller is at rest
+            page.end({"line": str(error), "solved": False, "at_rest": operated.pausable})
+            linger(page)
+            raise
         linger(page)
 
 
@@ -147,5 +152,5 @@ def announce(page: LivePage) -> None:
 
 def linger(page: LivePage) -> None:
     """Keep a page that has come to its end until nobody shows it any more."""
-    print("the page stays until it is closed, or Ctrl-C", file=sys.stderr, flush=True)
+    print("the page stays until you close it or press Ctrl-C", file=sys.stderr, flush=True)
     page.wait_until_closed(GRACE)

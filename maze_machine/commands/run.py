@@ -136,13 +136,13 @@ def run(
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
     map_file: Annotated[
         Path | None,
-        typer.Option("--map", metavar="FILE", help="Begin with a map, as an earlier run has saved it."),
+        typer.Option("--map", metavar="FILE", help="Begin with a map that an earlier run saved."),
     ] = None,
     at: Annotated[
         str | None,
         typer.Option(
             metavar='"X Y DEGREES"',
-            help="Where the robot is on that map; `start` is where the map was begun. Default: it finds out itself.",
+            help="Where the robot is on that map; `start` is where the map was begun. Default: the robot finds it out.",
         ),
     ] = None,
     save_to: Annotated[
@@ -208,7 +208,7 @@ def run(
     if connect is not None:
         refuse_with_connect(
             {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
-            | {"what is said of the maze (--start, --goal, ...)": words != MazeWords()}
+            | {"the options of the maze (--start, --goal, ...)": words != MazeWords()}
         )
     refuse_files(record, picture, practice=practice)
     profile = chosen_profile(robot, machine, settings or ())
@@ -355,7 +355,9 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
     from maze_machine.arguments.files import PICTURES, check_suffix
 
     if practice and record is not None:
-        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
+        raise UsageError(
+            "--record cannot be combined with --practice", "a replay would lack what was learned; take --trace"
+        )
     check_suffix("--picture", picture, PICTURES)
 
 
@@ -415,7 +417,7 @@ def refuse_with_connect(embedded: Mapping[str, object]) -> None:
     """
     for option, value in embedded.items():
         if value:
-            raise UsageError(f"{option} does not go with --connect", "give it to `maze-machine sim`")
+            raise UsageError(f"{option} cannot be combined with --connect", "give it to `maze-machine sim`")
 
 
 def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | None) -> RemoteLockstep | RealtimeRobot:
@@ -481,7 +483,7 @@ def in_lockstep(robot: RemoteLockstep | RealtimeRobot) -> RemoteLockstep:
 
 def link_counts(robot: object) -> dict[str, int]:
     """What was counted on the link to a robot, by what it is called."""
-    named = {"overruns": "overruns", "reconnects": "reconnects", "resent": "steps asked for again"}
+    named = {"overruns": "overruns", "reconnects": "reconnects", "resent": "steps requested again"}
     counts = {words: int(getattr(robot, name)) for name, words in named.items() if hasattr(robot, name)}
     dropped, clock = getattr(robot, "dropped", {}), getattr(robot, "clock_faults", {})
     counts |= {f"dropped, {reason}": count for reason, count in dropped.items()}

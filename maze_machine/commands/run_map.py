@@ -61,10 +61,10 @@ class RunMaps:
         check_folder("--save-map", save)
         if read is None:
             if at is not None:
-                raise UsageError("--at goes with --map", "give the map's file, too")
+                raise UsageError("--at needs --map", "give the map's file, too")
             return cls(settings, file=save)
         if record is not None:
-            raise UsageError("--record does not go with --map", "a replay would lack the map; take --trace")
+            raise UsageError("--record cannot be combined with --map", "a replay would lack the map; take --trace")
         from perception.map_document import read_map
 
         document = read_map(read)

@@ -23,7 +23,9 @@ def terminal_run(*, view: bool) -> TerminalRun:
         UsageError: Textual is not installed, there is no terminal, or a page is asked for, too.
     """
     if view:
-        raise UsageError("--tui does not go with --view", "open the run with --open, and use `maze-machine view`")
+        raise UsageError(
+            "--tui cannot be combined with --view", "open the run with --open, and use `maze-machine view`"
+        )
     if find_spec("textual") is None:
         raise missing_package("--tui", "Textual", "tui")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):

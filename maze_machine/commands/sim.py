@@ -56,7 +56,7 @@ def sim(
 ) -> None:
     """Simulate a robot in a maze for a controller in another process.
 
-    One line reports that it is ready, and one line each reports the result of an episode. Ctrl-C ends it. Without
+    It prints one line when it is ready, and one line with the result of each episode. Ctrl-C ends it. Without
     `--realtime` each period of the simulation waits for its command. With `link.gate=false` or `link.keys=rmw_zenoh`
     it is a bare ROS 2 robot, which any program may command, always in real time.
 

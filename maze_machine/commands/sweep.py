@@ -31,11 +31,14 @@ if TYPE_CHECKING:
 
 def sweep(
     machines: Annotated[
-        list[str], typer.Option(metavar="A,B,...", help="Machines: files or names, with commas; may be repeated.")
+        list[str],
+        typer.Option(metavar="A,B,...", help="Machines: files or names, separated by commas; may be repeated."),
     ],
     mazes: Annotated[
         list[str],
-        typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
+        typer.Option(
+            metavar="A,B,...", help="Mazes: files, folders of files or names, separated by commas; may be repeated."
+        ),
     ],
     out: Annotated[
         Path, typer.Option(metavar="FILE", help="The results, one JSON line per run; resumed if the file exists.")
@@ -87,7 +90,7 @@ def sweep(
     from transport.files import locked
 
     if scheduler is not None and workers is not None:
-        raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
+        raise UsageError("--workers cannot be combined with --scheduler", "the cluster has its own workers")
     check_outputs({"--out": out, "--columns": columns}, [*_each(machines), *_each(mazes)])
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     words.choices()

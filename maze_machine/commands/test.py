@@ -91,7 +91,8 @@ def test(
     requirements: Annotated[
         bool,
         typer.Option(
-            "--requirements", help="Print which properties, scenarios and states cover each requirement; fail for gaps."
+            "--requirements",
+            help="Print which properties, scenarios and states cover each requirement; fail if one is not covered.",
         ),
     ] = False,
     html: Annotated[
@@ -140,7 +141,7 @@ def test(
     from maze_machine.report.waiting import waiting
 
     if output is not None and not generate:
-        raise UsageError("--output goes with --generate")
+        raise UsageError("--output needs --generate")
     if generate or mutate:
         unused = {
             "--mutate": generate and mutate,

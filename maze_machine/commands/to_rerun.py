@@ -43,6 +43,6 @@ def to_rerun(recording: Path, output: Path) -> None:
         except subprocess.TimeoutExpired:
             raise FileError(f"Rerun has not read {recording} within {LONGEST:g} s") from None
         if ended.returncode or not made.exists():
-            said = (ended.stderr.strip().splitlines() or ["it does not say why"])[-1]
+            said = (ended.stderr.strip().splitlines() or ["it gave no reason"])[-1]
             raise FileError(f"Rerun cannot read {recording}: {said[:300]}")
         write_bytes(output, made.read_bytes())

@@ -86,13 +86,13 @@ def send(
         typer.Option(
             "--pause-at",
             metavar="PLACE",
-            help='Pause a simulation where it comes to a state, a transition ("line 12", door:12) or a condition '
-            '("turns == 2"); "" to take that back.',
+            help='Pause a simulation at a state, a transition ("line 12", door:12) or a condition ("turns == 2"); '
+            '"" removes this.',
         ),
     ] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
-    """Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.
+    """Send an event to a running machine, change a parameter, or pause, resume or end its run.
 
     The event and the change are part of the run: the trace and the recording contain them, and a replay repeats them.
 
@@ -121,7 +121,7 @@ def send(
         raise UsageError(in_words(error.errors(include_url=False)[0])[:200]) from None
     asked += [Pause()] * pause + [Resume()] * resume + [EndRun()] * stop
     if len(asked) != 1:
-        raise UsageError("give one thing to do", "an event, --set, --pause, --pause-at, --resume, --advance or --stop")
+        raise UsageError("give one of them", "an event, --set, --pause, --pause-at, --resume, --advance or --stop")
     with reaching(connect, robot, identity) as machine:
         answer = machine.operate(asked[0])
     if not answer.done:

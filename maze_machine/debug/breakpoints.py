@@ -91,7 +91,7 @@ class LineBreakpoint:
 
 @dataclass(slots=True)
 class NamedBreakpoint:
-    """A state to stop in as it is entered, or a condition to stop at as it comes to hold."""
+    """A state to stop in as it is entered, or a condition to stop at as it becomes true."""
 
     number: int
     state: str | None

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from importlib.resources import files
-from pathlib import Path
+
+from maze_machine.installation import HOME
 
 _HEADING = re.compile(r"^### ([EWN]\d{4}):")
 
 
 def code_pages() -> dict[str, str]:
     """The explanation of each code, by the code: a file's URI with a line; empty where the page was not installed."""
-    page = Path(str(files("maze_machine.catalogue").joinpath("diagnostics.md")))
+    page = HOME / "maze_machine" / "catalogue" / "diagnostics.md"
     try:
         lines = page.read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from lark import Token
-
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role, names_in
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.testing.scenarios.lines import Performance, Reporting, ScenarioLine, Sending, Setting, read_lines
 
 _PERFORMED = {
@@ -100,7 +99,7 @@ class _Names:
 
 
 def _named(token: Token, role: Role) -> NameOccurrence:
-    return NameOccurrence(str(token), role, (token.line or 1) - 1, (token.column or 1) - 1)
+    return NameOccurrence(str(token), role, token.line - 1, token.column - 1)
 
 
 def _tokens(node: object) -> Iterator[Token]:

@@ -110,6 +110,8 @@ class _Ended(TypedDict):
     solved: bool
     lines: list[str]
     outcome: str | None
+    reason: NotRequired[str]
+    at_rest: NotRequired[bool]
 
 
 class PublishedTick(TickJson, total=False):
@@ -169,7 +171,7 @@ def read_machine(message: bytes) -> dict[str, Any]:
     known: set[str] = set()
     for state in machine["states"]:
         if state["name"] in known or (state["parent"] is not None and state["parent"] not in known):
-            raise _refusal("description", f"state `{state['name']}` is there twice, or before the one around it")
+            raise _refusal("description", f"state `{state['name']}` is listed twice, or before the state around it")
         known.add(state["name"])
     for transition in machine["transitions"]:
         if transition["source"] not in known and transition["source"] != machine["machine"]:

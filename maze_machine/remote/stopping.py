@@ -1,4 +1,4 @@
-"""Where a simulation pauses by itself: in a state, at a transition, where a condition comes to hold."""
+"""Where a simulation pauses by itself: in a state, at a transition, where a condition becomes true."""
 
 from __future__ import annotations
 

@@ -246,11 +246,11 @@ def _mutant_text(model: Model, mutant: Mutant) -> str:
 def _unnoticed(reaching: int) -> str:
     """Why a mutant survives."""
     if not reaching:
-        return "no scenario comes to it"
+        return "no scenario reaches it"
     return (
-        "1 scenario comes to it and sees no difference"
+        "1 scenario reaches it and shows no difference"
         if reaching == 1
-        else f"{reaching} scenarios come to it and see no difference"
+        else f"{reaching} scenarios reach it and show no difference"
     )
 
 

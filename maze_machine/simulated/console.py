@@ -25,7 +25,7 @@ and commands of this program:
   why [STATE]         why transitions fired or did not in the last step
   enabled             what makes each transition of the active states fire next, or why nothing does
   break [CONDITION]   stop a wait in a state (break moving), at a transition (break line 12; of an imported machine:
-                      break door:12) or where something comes to hold (break turns == 2); alone: do not
+                      break door:12) or where something becomes true (break turns == 2); alone: do not
   back [N]            undo the last N lines
   lines               the lines so far
   save FILE [NAME]    add the session to a file of scenarios

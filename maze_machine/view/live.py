@@ -167,8 +167,8 @@ class LivePage:
         self._feed.publish(frame)
 
     def end(self, verdict: Frame) -> None:
-        """Show how the run has ended; the base has stopped by then."""
-        self._ending = {"end": {**verdict, "stands": True}}
+        """Show how the run has ended: ``line``, ``lines``, ``reason``, ``solved``; ``at_rest`` where the base is."""
+        self._ending = {"end": verdict}
 
     def wait_until_closed(self, grace: float) -> None:
         """Wait until no browser has shown the page for a while, s."""
@@ -221,7 +221,7 @@ class LivePage:
             return "the host of the request is not this server"
         origin = headers.get("origin")
         if origin is not None and (urlsplit(origin).netloc not in self._hosts or not origin.startswith("http://")):
-            return "another page may not ask"
+            return "requests from another page are refused"
         query = dict(part.partition("=")[::2] for part in scope["query_string"].decode("latin-1").split("&"))
         if not secrets.compare_digest(query.get("token", "").encode(), self._token.encode()):
             return "open the address that was printed, with its token"

@@ -34,7 +34,7 @@ const trial = (() => {
     wanted = store.frames.length;
     send(act("tick"));
   }
-  function came() {  // new frames: after a microstep the first of them is looked at
+  function came() {  // new frames: after a microstep the first of them is examined
     if (wanted === null || store.frames.length <= wanted) return;
     app.seek(wanted);
     wanted = null;

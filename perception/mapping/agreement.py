@@ -1,4 +1,4 @@
-"""Whether a scan, seen from where the robot takes itself to be, shows what the grid of free space holds."""
+"""Whether a scan, seen from the robot's estimated place, shows what the grid of free space holds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Agreement:
     """How the hits of a scan lie on a grid.
 
     Attributes:
-        hits: how many were looked at.
+        hits: how many were examined.
         share: of them that lie on or beside a cell with a wall, 0 to 1.
         contradicted: share that lie amid free cells, 0 to 1.
         hidden: share that lie where nothing is known, behind a wall, 0 to 1.

@@ -148,10 +148,11 @@ def _normals(points: Floats, joined: Mask, settings: CloudSettings) -> tuple[Flo
         for total, term in zip(sums, terms, strict=True):
             total[:-away] += np.where(reach_after[:-away], term[away:], 0.0)
             total[away:] += np.where(reach_before[away:], term[:-away], 0.0)
-    number, mean_x, mean_y = sums[0], sums[1] / sums[0], sums[2] / sums[0]
-    cxx = sums[3] / number - mean_x * mean_x
-    cxy = sums[4] / number - mean_x * mean_y
-    cyy = sums[5] / number - mean_y * mean_y
+    number, of_x, of_y, of_xx, of_xy, of_yy = sums
+    mean_x, mean_y = of_x / number, of_y / number
+    cxx = of_xx / number - mean_x * mean_x
+    cxy = of_xy / number - mean_x * mean_y
+    cyy = of_yy / number - mean_y * mean_y
     # The eigenvalues of a symmetric matrix of two rows.
     middle, half = (cxx + cyy) / 2, np.sqrt(square((cxx - cyy) / 2) + cxy * cxy)
     straight: Mask = (number >= 3) & (middle - half <= square(settings.crooked) * (middle + half))

@@ -52,7 +52,7 @@ class Confidence:
         return (unchanged or agreement.share >= settings.unchanged_walls) and agreement.elsewhere >= settings.elsewhere
 
     def saw(self, *, fits: bool) -> None:
-        """Take in whether a scan fits the map where the robot takes itself to be."""
+        """Take in whether a scan fits the map at the robot's estimated place."""
         if self.knowledge is Knowledge.LOST:
             return
         self._fitting, self._misfits = (self._fitting + 1, 0) if fits else (0, self._misfits + 1)

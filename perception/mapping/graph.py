@@ -210,9 +210,7 @@ class Linearised:
 
     def _pulled(self, pulls: Floats) -> Floats:
         """The transpose of `moved`: pulls at the poses as pulls at the steps."""
-        suffix = np.cumsum(pulls[:, ::-1], axis=1)[:, ::-1]
-        sx, sy = suffix[0, 1:], suffix[1, 1:]
-        heading = pulls[2].copy()
+        (sx, sy, _), (_, _, heading) = np.cumsum(pulls[:, ::-1], axis=1)[:, ::-1][:, 1:], pulls.copy()
         heading[:-1] += self.levers[0] * sx + self.levers[1] * sy
         turn = np.cumsum(heading[::-1])[::-1][1:]
         cosine, sine = self.steps.cosine, self.steps.sine
@@ -221,19 +219,19 @@ class Linearised:
     def _across(self, moves: Floats) -> Floats:
         """How the loops' residuals change when the poses move, shape (3, loops)."""
         loops = self.loops
-        one, two = moves[:, loops.first], moves[:, loops.second]
+        (x1, y1, turn1), (x2, y2, turn2) = moves[:, loops.first], moves[:, loops.second]
         ahead = self.places[:, loops.second] - self.places[:, loops.first]
-        dx = two[0] - one[0] + one[2] * ahead[1]
-        dy = two[1] - one[1] - one[2] * ahead[0]
-        return np.stack([loops.cosine * dx + loops.sine * dy, loops.cosine * dy - loops.sine * dx, two[2] - one[2]])
+        dx = x2 - x1 + turn1 * ahead[1]
+        dy = y2 - y1 - turn1 * ahead[0]
+        return np.stack([loops.cosine * dx + loops.sine * dy, loops.cosine * dy - loops.sine * dx, turn2 - turn1])
 
     def _back(self, pulls: Floats) -> Floats:
         """The transpose of `_across`: pulls at the loops as pulls at the poses."""
         loops, count = self.loops, self.places.shape[1]
         ahead = self.places[:, loops.second] - self.places[:, loops.first]
-        px = loops.cosine * pulls[0] - loops.sine * pulls[1]
-        py = loops.sine * pulls[0] + loops.cosine * pulls[1]
-        turn = pulls[2]
+        x, y, turn = pulls
+        px = loops.cosine * x - loops.sine * y
+        py = loops.sine * x + loops.cosine * y
         at_first = np.stack([-px, -py, px * ahead[1] - py * ahead[0] - turn])
         at_second = np.stack([px, py, turn])
         return np.stack(

@@ -72,7 +72,8 @@ class _Pairs:
     @property
     def variances(self) -> Floats:
         """Of a point's distance from its wall, m^2, shape (n,)."""
-        return np.asarray(self.rows[6])
+        *_, variances = self.rows
+        return np.asarray(variances)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +108,7 @@ def matched(
         guess: of the robot's pose in the reference's frame.
         prior: information of the guess, with axes of the robot's frame; None for a guess that shall not weigh.
         settings: how near, how often.
-        start: where to begin, where that is not the guess; then walls are looked for as near as at the end.
+        start: where to begin, where that is not the guess; then walls are searched for as near as at the end.
     """
     if len(cloud) < settings.least_points or len(reference.cloud) < settings.least_points:
         return None
@@ -154,8 +155,8 @@ def _step(said: _Equations, guess: Pose, pose: Pose, prior: Symmetric | None) ->
     total, gradient = said.information.plus(Symmetric.diagonal(1.0, 1.0, 1.0)), said.gradient
     if prior is not None:
         off = between(guess, pose)
-        pull = prior.turned(-off.heading).applied(*_in_the_frame_of(off))
-        gradient = (gradient[0] + pull[0], gradient[1] + pull[1], gradient[2] + pull[2])
+        (x, y, turn), (dx, dy, dt) = gradient, prior.turned(-off.heading).applied(*_in_the_frame_of(off))
+        gradient = x + dx, y + dy, turn + dt
         total = total.plus(prior)
     return tuple(-value for value in total.inverse().applied(*gradient))
 
@@ -194,10 +195,11 @@ def on_walls(
             the least cosine between its normal and the wall's.
     """
     (points, own, variances), (x, y, heading, reach, same_way) = scan, given
+    wall_points, wall_normals, wall_variances = reference
     pose = Pose(x, y, heading)
     hit = apart < math.inf
     walls = np.where(hit, nearest, 0)
-    beside, normals = placed(points, pose) - reference[0][:, walls], reference[1][:, walls]
+    beside, normals = placed(points, pose) - wall_points[:, walls], wall_normals[:, walls]
     own = turned(own, pose.heading)
     off = beside[0] * normals[0] + beside[1] * normals[1]
     same = own[0] * normals[0] + own[1] * normals[1] >= same_way
@@ -206,9 +208,9 @@ def on_walls(
     return np.concatenate(
         [
             points[:, good],
-            reference[0][:, walls],
-            reference[1][:, walls],
-            (variances[good] + reference[2][walls])[None],
+            wall_points[:, walls],
+            wall_normals[:, walls],
+            (variances[good] + wall_variances[walls])[None],
         ]
     )
 
@@ -216,8 +218,8 @@ def on_walls(
 def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings) -> _Equations:
     """The normal equations of pairs at a pose."""
     place = pose.x, pose.y, pose.heading
-    *sums, measured = normal_equations(pairs.rows, place, (scale, settings.correlated))
-    information, gradient = _without_noise_of_normals(Symmetric(*sums[:6]), (sums[6], sums[7], sums[8]), settings.weak)
+    *total, x, y, turn, measured = normal_equations(pairs.rows, place, (scale, settings.correlated))
+    information, gradient = _without_noise_of_normals(Symmetric(*total), (x, y, turn), settings.weak)
     return _Equations(information, gradient, measured)
 
 
@@ -234,24 +236,22 @@ def normal_equations(pairs: Floats, place: Triple, given: tuple[float, float]) -
         xx, xy, xt, yy, yt and tt of the information, x, y and t of the gradient, in the robot's frame, and how many
         times as far apart the pairs are as the noise of readings makes them, at least 1.
     """
-    pose, variances = Pose(*place), pairs[6]
-    beside = placed(pairs[:2], pose) - pairs[2:4]
-    off = beside[0] * pairs[4] + beside[1] * pairs[5]
+    pose = Pose(*place)
+    points, walls, normals, (variances,) = pairs[:2], pairs[2:4], pairs[4:6], pairs[6:]
+    beside = placed(points, pose) - walls
+    off = beside[0] * normals[0] + beside[1] * normals[1]
     ratio = off / np.sqrt(variances)
     measured = max(1.4826 * _median(np.abs(ratio)), 1.0)
     # Cauchy's weights: a large deviation has a small weight.
     ratio *= 1.0 / (3.0 * given[0])
     weights = 1.0 / ((1.0 + ratio * ratio) * variances * (measured * measured * given[1]))
-    nx, ny = turned(pairs[4:6], -pose.heading)
-    x, y = pairs[:2]
-    rows = np.empty((4, len(weights)))
-    rows[0], rows[1], rows[3] = nx, ny, off
-    np.subtract(x * ny, y * nx, out=rows[2])
-    weighed = rows[:3] * weights
-    along_x = np.sum(weighed[0] * rows, axis=1).tolist()
-    along_y = np.sum(weighed[1] * rows[1:], axis=1).tolist()
-    turn = np.sum(weighed[2] * rows[2:], axis=1).tolist()
-    return (*along_x[:3], *along_y[:2], turn[0], along_x[3], along_y[2], turn[1], measured)
+    (x, y), (nx, ny) = points, turned(normals, -pose.heading)
+    rows = np.stack([nx, ny, x * ny - y * nx, off])
+    by_x, by_y, by_turn, _ = rows * weights
+    xx, xy, xt, along_x = np.sum(by_x * rows, axis=1).tolist()
+    yy, yt, along_y = np.sum(by_y * rows[1:], axis=1).tolist()
+    tt, turn = np.sum(by_turn * rows[2:], axis=1).tolist()
+    return xx, xy, xt, yy, yt, tt, along_x, along_y, turn, measured
 
 
 def _without_noise_of_normals(
@@ -266,9 +266,10 @@ def _without_noise_of_normals(
     cosine, sine = cos_sin(axis)
     main, _, main_turn, minor, minor_turn, turn = information.turned(-axis)
     share = minor / (minor + weak * main) if main > 0 else 1.0
-    pull, aside = gradient[0] * cosine + gradient[1] * sine, (gradient[1] * cosine - gradient[0] * sine) * share
+    x, y, pull_round = gradient
+    pull, aside = x * cosine + y * sine, (y * cosine - x * sine) * share
     less = Symmetric(main, 0.0, main_turn, minor * share, minor_turn * share, turn).turned(axis)
-    return less, (pull * cosine - aside * sine, pull * sine + aside * cosine, gradient[2])
+    return less, (pull * cosine - aside * sine, pull * sine + aside * cosine, pull_round)
 
 
 def _median(values: Floats) -> float:

@@ -3,7 +3,7 @@
 The scan is laid on the grid of free space, wherever the robot could be, with each heading in which the walls in sight
 would run as those of the map do; the best places are matched in full. Several often look alike. So all that fit are
 followed while the robot moves, and one is accepted when no other one is left and enough wall has come into sight where
-the map has it. The work is done in small pieces, that many a tick.
+the map has it. The work is done in small pieces, a fixed number per tick.
 """
 
 from __future__ import annotations

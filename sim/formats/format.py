@@ -47,7 +47,7 @@ class Choices:
         metres_a_cell: edge of a cell, m.
         grey: what grey pixels are; ``split`` takes the darker half for walls, the lighter one for free. None for the
             format's own meaning.
-        start: where the first robot is put down; None for the value in the file.
+        start: where the first robot is placed; None for the value in the file.
         exits: the ways out, both ends of each, m; none for those that the file says or that are found.
         goal: the goal; None for the value in the file.
         objects: a file of the course's simulator (``config.json``) with moving objects; None for no such file.

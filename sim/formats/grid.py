@@ -155,9 +155,9 @@ def as_cells(maze: Maze, size: float) -> CellMaze:
     upright = np.zeros((rows, columns + 1), dtype=np.bool_)
     for wall, exact, (ax, ay, bx, by) in zip(walls.tolist(), lines, lattice.tolist(), strict=True):
         if np.abs(exact - (ax, ay, bx, by)).max() > 1e-3 or (ax != bx and ay != by):
+            x1, y1, x2, y2 = wall
             raise CannotHoldError(
-                f"the wall from ({wall[0]:g}, {wall[1]:g}) to ({wall[2]:g}, {wall[3]:g}) m does not lie on a lattice "
-                f"of {size:g} m"
+                f"the wall from ({x1:g}, {y1:g}) to ({x2:g}, {y2:g}) m does not lie on a lattice of {size:g} m"
             )
         if ay == by:
             across[ay, min(ax, bx) : max(ax, bx)] = True

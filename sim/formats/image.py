@@ -78,7 +78,7 @@ def decoded(source: Source, metres_a_pixel: float) -> Picture:
 def _reason(error: Exception) -> str:
     """Why an image cannot be decoded; only what the library says in words for people is quoted."""
     if isinstance(error, UnidentifiedImageError):
-        return "it is of no known kind"
+        return "its format is unknown"
     text = str(error).partition("\n")[0]
     worded = isinstance(error, OSError | ValueError | SyntaxError) and text and "b'" not in text
     return text if worded else "it is damaged"
@@ -154,7 +154,7 @@ def areas(mask: Flags) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
 
     above = 0
     for run, (row, first, last) in enumerate(zip(rows, firsts, lasts, strict=True)):
-        # Runs are sorted by row and column: those that end left of this one in the row above stay behind for good.
+        # Runs are sorted by row and column: those that end left of this one in the row above stay behind permanently.
         while above < run and (rows[above] < row - 1 or (rows[above] == row - 1 and lasts[above] < first - 1)):
             above += 1
         other = above

@@ -89,7 +89,7 @@ def sketch(source: Source, raster: Raster, start: Start, goal: Goal | None = Non
     Args:
         source: where it comes from.
         raster: the pixels.
-        start: where the robot is put down.
+        start: where the robot is placed.
         goal: the goal, by default to leave.
 
     Raises:

@@ -76,7 +76,7 @@ def goal_of(facts: Facts, plan: ShortestWays, destination: Destination) -> Point
     Args:
         facts: of the tick; there is a map.
         plan: the ways from the robot.
-        destination: what is looked for.
+        destination: what is searched for.
     """
     world = facts.world
     assert world.surveyor is not None
@@ -116,8 +116,11 @@ def nearest_door(plan: ShortestWays, doors: list[DoorPlace], away: float) -> Doo
     for number, door in enumerate(doors):
         cell = plan.nearest(before(door, away), WITHIN)
         if cell is not None:
-            reached.append((float(plan.distance[cell]), number, door))
-    return min(reached, key=lambda one: one[:2])[2] if reached else None
+            reached.append((float(plan.distance[cell]), number))
+    if not reached:
+        return None
+    _, nearest = min(reached)
+    return doors[nearest]
 
 
 def turn_to(facts: Facts, route: Way) -> float:

@@ -437,7 +437,7 @@ def test_who_can_send_an_event_is_said_with_what_it_carries():
 def test_a_raised_event_that_carries_something_is_declared():
     text = "machine m\nstate a\n    when true -> b / raise change(3)\nstate b\n    on change -> a\n"
     found = next(one for one in check_text(text, LIBRARY).diagnostics if one.code == "E0213")
-    assert (found.message, "event change(NAME : TYPE)" in found.suggestion) == ("event `change` carries nothing", True)
+    assert (found.message, "event change(NAME : TYPE)" in found.suggestion) == ("event `change` carries no data", True)
 
 
 def test_expressions_tell_what_they_are():

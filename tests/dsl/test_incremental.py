@@ -5,7 +5,6 @@ from dataclasses import fields, is_dataclass
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from lark import Token
 
 from hsm.dsl import check_text
 from hsm.dsl.lsp import actions, navigation, refactoring
@@ -15,6 +14,7 @@ from hsm.dsl.lsp.edited import MachineFile
 from hsm.dsl.lsp.hovering import hover, open_call
 from hsm.dsl.lsp.workspace import Documents
 from hsm.dsl.syntax.parser import BlockParser, parse
+from hsm.dsl.syntax.tokens import Token
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.machines import SHIPPED
 

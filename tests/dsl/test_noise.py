@@ -4,6 +4,7 @@ All faults in all machines: ``MAZE_MACHINE_EXAMPLES=1 pytest tests/dsl/test_nois
 """
 
 import os
+import random
 from pathlib import Path
 
 import pytest
@@ -112,3 +113,58 @@ def test_one_fault_is_one_finding(name, folder, library):
         if len(new) > MOST.get(fault.kind, 1):
             noisy.append((fault.kind, fault.line, *map(str, new)))
     assert not noisy, "\n\n".join("\n".join(map(str, one)) for one in noisy)
+
+
+def together(text, faults):
+    """The text with several faults; None where two are on one line, or one moves the others."""
+    lines, broken = text.split("\n"), text.split("\n")
+    for fault in faults:
+        changed = fault.text.split("\n")
+        if len(changed) != len(lines):
+            return None
+        for number, (old, new) in enumerate(zip(lines, changed, strict=True)):
+            if old != new and broken[number] != old:
+                return None
+            broken[number] = new if old != new else broken[number]
+    return "\n".join(broken)
+
+
+@pytest.mark.parametrize("name", names())
+def test_several_faults_are_as_many_findings(name, folder, library):
+    path = folder / f"{name}.maze-machine"
+    text, draw = path.read_text(), random.Random(name)
+    known = {one.code for one in check_text(text, library, str(path)).diagnostics}
+    faults, noisy, tried = list(planted(text)), [], 0
+    while tried < 200 // STRIDE:
+        chosen = draw.sample(faults, draw.choice((2, 3)))
+        broken = together(text, chosen)
+        if broken is None:
+            continue
+        tried += 1
+        new = [one for one in check_text(broken, library, str(path)).diagnostics if one.code not in known]
+        if len(new) > sum(MOST.get(fault.kind, 1) for fault in chosen):
+            noisy.append((*((fault.kind, fault.line) for fault in chosen), *map(str, new)))
+    assert not noisy, "\n\n".join("\n".join(map(str, one)) for one in noisy)
+
+
+@pytest.mark.parametrize(
+    ("body", "codes"),
+    [
+        pytest.param("event go  # accept N0601: by hand\nstate a\n    on go $ -> a", ["E0101"], id="accepted"),
+        pytest.param("event told(key : int$ )\nstate a\n    on told if told.key > 2 -> a", ["E0101"], id="carried"),
+        pytest.param("event told(key : qqq)\nstate a\n    entry / raise told(key = 2)", ["E0206"], id="carried type"),
+        pytest.param(
+            "Pace = slow, fast\nvar pace : Pace = slow\nstate a\n    when pace == slow -> a", ["E0101"], id="enum"
+        ),
+        pytest.param("event go\nstate a\n    after 3 s / send qqxqq\n    after 5 s -> a", ["E0203"], id="sent"),
+        pytest.param("state a\n    when ahead < 1 m\n        and space.left -> a", ["E0101"], id="continued below"),
+        pytest.param("state a\n    when ahead < 1 m\n    and space.left -> a", ["E0101"], id="continued beside"),
+        pytest.param(
+            "$ import x\nstate a = x()\n    on done -> b\nstate b\n    when in(a.inside) -> a", ["E0101"], id="import"
+        ),
+        pytest.param("state a\n    raise $\n    entry / cancel later", ["E0101"], id="delayed"),
+    ],
+)
+def test_what_follows_from_a_fault_is_not_reported(body, codes, library):
+    found = check_text(f"machine m\n{body}\n", library).diagnostics
+    assert [one.code for one in found if one.code[0] == "E" or one.code in ("W0604", "W0605")] == codes, found

@@ -306,7 +306,7 @@ def test_a_signal_that_fails_while_it_is_watched_is_a_fault():
 def test_what_is_due_is_explained():
     run = start(HELD)
     step = run.step(0.1, (), True)
-    assert str(step.considered[0]).endswith("its time had not come: 0.5 s to go")
+    assert str(step.considered[0]).endswith("it was not due: 0.5 s to go")
 
 
 # All of them together.

@@ -184,7 +184,7 @@ def test_a_history_that_has_moved_is_refused_or_forgotten():
     run = start(*moved(state("b")))
     run.step(1.0, ["go", "out"])
     edited = changed(*moved(), state("b"))
-    with pytest.raises(SnapshotError, match="`h` remembers `b`, and cannot lead there"):
+    with pytest.raises(SnapshotError, match="`h` remembers `b`, which it can no longer enter"):
         edited.restore(run.snapshot())
     run.reload(edited)
     run.step(2.0, ["back"])

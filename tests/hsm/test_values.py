@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import inspect
 import pickle
 
 import pytest
@@ -86,6 +87,75 @@ def test_it_is_as_the_standard_one(body, options):
         assert dataclasses.replace(first, one=2) == different or not options.get("eq", True)
         assert copy.copy(first).one == 1
     assert seen[0] == seen[1]
+
+
+class Many:
+    """Every kind of parameter, and what `__init__` does after it has set them."""
+
+    one: int
+    listed: list[int] = dataclasses.field(default_factory=list)
+    named: int = dataclasses.field(default=3, kw_only=True)
+    needed: str = dataclasses.field(kw_only=True)
+    derived: int = dataclasses.field(init=False, default=4)
+    made: dict[str, int] = dataclasses.field(init=False, default_factory=dict)
+    later: int = dataclasses.field(init=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "later", self.one + self.named)
+
+
+class Passing:
+    """A parameter that is not a field; and a subclass may have fields with the same machinery."""
+
+    one: int
+    passed: "dataclasses.InitVar[int]" = 2
+    two: int = 0
+
+    def __post_init__(self, passed):
+        object.__setattr__(self, "two", passed)
+
+
+@pytest.mark.parametrize("body", [Plain, Hashed, Many, Passing])
+@pytest.mark.parametrize("options", OPTIONS[:5], ids=str)
+def test_it_is_made_as_by_the_standard_one(body, options):
+    standard, ours = both(body, options)
+    calls = [(), (1,), (1, [2]), (1, 2, 3), (1, 2, 3, 4)], [{}, {"needed": "n"}, {"needed": "n", "named": 5}, {"no": 1}]
+    seen = []
+    for made in (standard, ours):
+        made.__qualname__ = body.__name__
+        seen.append([str(inspect.signature(made))])
+        for positional in calls[0]:
+            for named in calls[1]:
+                try:
+                    value = made(*positional, **named)
+                except TypeError as error:
+                    seen[-1].append(str(error).partition(".")[2])
+                else:
+                    seen[-1].append([getattr(value, one.name) for one in dataclasses.fields(value)])
+        seen[-1].append(str(inspect.signature(made)))
+    assert seen[0] == seen[1]
+    assert ours.__dataclass_params__.frozen == standard.__dataclass_params__.frozen
+    assert body is not Many or ours(1, needed="").listed is not ours(1, needed="").listed
+
+
+def test_a_subclass_of_a_frozen_class_has_attributes_of_its_own():
+    class Wider(Kept):
+        """Not declared as a dataclass."""
+
+        def __init__(self, one, wide):
+            super().__init__(one)
+            self.wide = wide
+
+    assert inspect.signature(Wider).parameters.keys() == {"one", "wide"}
+    wider = Wider(1, 2)
+    assert (wider.one, wider.wide) == (1, 2)
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'one'"):
+        wider.one = 2
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot delete field 'one'"):
+        del wider.one
+    del wider.wide
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'none'"):
+        Kept(1).none = 2
 
 
 @values.dataclass(frozen=True, slots=True)

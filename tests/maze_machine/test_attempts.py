@@ -194,7 +194,7 @@ def test_a_run_of_one_attempt_fails_with_it(finish):
     ("options", "message"),
     [
         (("--attempts", 2, "--connect", "tcp/127.0.0.1"), "`tcp/127.0.0.1` is not an endpoint"),
-        (("--practice", "--record", "run.mcap"), "--record does not go with --practice"),
+        (("--practice", "--record", "run.mcap"), "--record cannot be combined with --practice"),
     ],
 )
 def test_what_cannot_be_is_said(finish, options, message):

@@ -83,7 +83,7 @@ def test_only_earlier_results_are_replaced(tmp_path):
     pandas.DataFrame({"seed": [1], "name": ["other"]}).to_parquet(table)
     for file in (text, table):
         before = file.read_bytes()
-        with pytest.raises(FileError, match="does not hold the results of a campaign"), columns_in(file):
+        with pytest.raises(FileError, match="does not contain the results of a campaign"), columns_in(file):
             pass
         assert file.read_bytes() == before
 
@@ -94,7 +94,7 @@ def test_a_file_without_results_is_refused_in_one_line(tmp_path, content):
     file.write_bytes(content)
     done = CliRunner().invoke(app, ["sweep", "show", str(file)])
     assert done.exit_code == 3
-    assert "does not hold the results of a campaign" in done.output
+    assert "does not contain the results of a campaign" in done.output
 
 
 def test_what_breaks_off_leaves_no_half_file(tmp_path):
@@ -110,5 +110,5 @@ def test_columns_do_not_replace_what_the_sweep_reads_or_writes(tmp_path, monkeyp
         (tmp_path / name).write_text("kept")
     done = CliRunner().invoke(app, ["sweep", "--machines", "pledge", "--mazes", "a.maze", *given])
     assert done.exit_code == 2, done.output
-    assert "would overwrite" in done.stderr or "are one file" in done.stderr
+    assert "would overwrite" in done.stderr or "are the same file" in done.stderr
     assert [(tmp_path / name).read_text() for name in ("one", "a.maze")] == ["kept", "kept"]

@@ -139,3 +139,39 @@ def test_a_footprint_without_an_area_is_refused(footprint):
 def test_the_corners_of_a_footprint_may_be_given_clockwise():
     robot = load_profile("pico", ["robot.footprint=[[-0.1,-0.1],[-0.1,0.1],[0.1,0.1],[0.1,-0.1]]"]).robot
     assert robot.footprint == ((0.1, -0.1), (0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1))
+
+
+@pytest.mark.parametrize(
+    "laser",
+    [
+        "angle_min = -0.3\nangle_max = 0.3",
+        "angle_min = 0.0",
+        "mount_heading = 3.14",
+        "angle_max = 0.4",
+        "mount_heading = 1.6",
+    ],
+)
+def test_a_laser_that_does_not_see_the_lane_is_refused(tmp_path, laser):
+    file = tmp_path / "mine.toml"
+    file.write_text(f"[robot.laser]\n{laser}\n")
+    with pytest.raises(
+        ProfileError, match=r"must have a laser that sees its lane: 0\.2 m to either side, 0\.357 m ahead"
+    ):
+        load_profile(str(file))
+
+
+@pytest.mark.parametrize(
+    "ends", [(-0.6, 0.6), (0.0, math.tau * 359 / 360), (1.0, 1.0 + math.tau * 179 / 180), (-math.pi, 1)]
+)
+def test_a_laser_that_sees_the_lane_may_begin_anywhere(ends):
+    first, last = (f"robot.laser.angle_{end}={value}" for end, value in zip(("min", "max"), ends, strict=True))
+    assert load_profile("pico", [first, last, "robot.laser.beams=180"]).robot.laser.angle_min == ends[0]
+
+
+@pytest.mark.parametrize("key", ["dead_man", "answer_age", "stale"])
+def test_a_robot_drives_on_blind_for_two_seconds_at_most(key):
+    with pytest.raises(
+        UsageError, match=f"must have `{key}` of at most 2 s, not 60: for that time the robot drives on"
+    ):
+        load_profile("pico", [f"link.{key}=60"])
+    assert getattr(load_profile("pico", [f"link.{key}=2"]).link, key) == 2.0

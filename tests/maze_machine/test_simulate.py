@@ -118,7 +118,7 @@ def test_why_says_what_decided(session):
     session.tick()
     assert session.why("moving") == [
         "line 17: when space.left: `space.left` was false",
-        "line 18: on blocked: none of its events came",
+        "line 18: on blocked: none of its events arrived",
     ]
     with pytest.raises(SessionError, match="there is no state `nowhere`"):
         session.why("nowhere")
@@ -137,7 +137,7 @@ def test_given_begins_anew(session):
         ("when nonsense", "there is no signal `nonsense`"),
         ("when drive reports done", "drive"),
         ("fly", "a line begins with given, when, after, expect"),
-        ("expect moving", "not so: moving"),
+        ("expect moving", "not true: moving"),
         ("after soon", "soon"),
         ("when event gone", "gone"),
     ],

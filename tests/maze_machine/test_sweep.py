@@ -92,7 +92,7 @@ def test_results_of_another_setup_or_of_a_changed_maze_are_not_mixed(tmp_path):
     with pytest.raises(FileError, match="another setup"):
         Results(file, Setup(), jobs)
     maze.write_text("start 1 1 0\nwall 0 0 4 0\n")
-    with pytest.raises(FileError, match=r"mine.maze as it was before a change"):
+    with pytest.raises(FileError, match=r"mine.maze before it was changed"):
         Results(file, SETUP, jobs)
     file.write_text("something else\n")
     with pytest.raises(FileError, match="no results"):
@@ -131,7 +131,7 @@ def test_a_map_whose_image_has_changed_is_another_maze(tmp_path):
     Results(tmp_path / "r.jsonl", SETUP, jobs)
     image = tmp_path / "rooms.pgm"
     image.write_bytes(image.read_bytes()[:-1] + b"\0")
-    with pytest.raises(FileError, match=r"rooms\.yaml as it was before a change"):
+    with pytest.raises(FileError, match=r"rooms\.yaml before it was changed"):
         Results(tmp_path / "r.jsonl", SETUP, jobs)
 
 

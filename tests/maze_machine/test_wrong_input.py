@@ -44,7 +44,11 @@ def run(*arguments):
         (["pledge", "--param", "cruise=fast"], 2, "m/s"),
         (["pledge", "--param", "crusie=1"], 2, "did you mean `cruise`?"),
         (["pledge", "--set", "robot.limits.speed=-1"], 2, "must be at least 0.001"),
-        (["pledge", "--maze", "final_2015", "--connect", "tcp/127.0.0.1:1"], 2, "--maze does not go with --connect"),
+        (
+            ["pledge", "--maze", "final_2015", "--connect", "tcp/127.0.0.1:1"],
+            2,
+            "--maze cannot be combined with --connect",
+        ),
         (["pledge", "--picture", "path.xyz"], 2, ".png"),
         (["pledge", "--trace", "no/such/folder/trace"], 3, "no/such/folder/trace: No such file or directory"),
         (["pledge", "--connect", "nonsense"], 2, "tcp/HOST:PORT"),

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from transport.connect import open_robot
+from transport.description import RobotDescription
 from transport.hearing import Topic, heard_instead, topic_of
 from transport.keys import RobotKeys
 from transport.memory_bus import MemoryNetwork
+from transport.robot import LinkError
 from transport.settings import LinkSettings
+from transport.side import RobotEndpoint
 
 TOKEN = "@ros2_lv/3/abc/0/1/{}/%/%bot/driver/%bot%scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_00/::,1:,:,:,,"
 SCAN, ODOMETRY = "sensor_msgs::msg::dds_::LaserScan_", "nav_msgs::msg::dds_::Odometry_"
@@ -90,6 +94,15 @@ def test_the_sentence_ends_with_the_settings_that_reach_the_scan(there: list[str
             "; give --set robot.name=bot, or for a bare ROS 2 robot --set link.gate=false --set robot.namespace=bot",
         ),
         (["odom", "scan"], "; give --set link.gate=false --set robot.namespace="),
+        (["bot/session"], "; the robot here is `bot`; give its profile with --robot, or --set robot.name=bot"),
+        (
+            ["bot/session", "bot/odom", "bot/scan"],
+            "; the robot here is `bot`; give its profile with --robot, or --set robot.name=bot",
+        ),
+        (
+            ["b/session", "a/session", "b/scan"],
+            "; the robots here are `a`, `b`; give its profile with --robot, or --set robot.name=NAME",
+        ),
         (["toy/odom", "toy/front"], "heard `toy/front`, `toy/odom`"),
         ([f"0/toy/scan/{SCAN}/RIHS01_00"], "; give --set link.keys=rmw_zenoh"),
     ],
@@ -98,3 +111,12 @@ def test_where_no_gate_answers_a_bare_robot_is_looked_for(there: list[str], told
     sentence = said_of(there, RobotKeys("toy", LinkSettings()))
     assert sentence.startswith("asked for `toy/session`; ")
     assert sentence.endswith(told)
+
+
+def test_a_robot_of_another_name_is_named() -> None:
+    network = MemoryNetwork()
+    endpoint = RobotEndpoint(network.bus(), RobotKeys("bot"), desk=None)  # type: ignore[arg-type]
+    settings = LinkSettings(connect=0.05)
+    with pytest.raises(LinkError, match=r"no robot named 'toy' answered .*; the robot here is `bot`; give its profile"):
+        open_robot(network.bus(), RobotDescription(name="toy"), settings)
+    assert not endpoint.dropped

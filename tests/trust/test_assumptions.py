@@ -127,7 +127,7 @@ def test_nothing_is_proved_where_the_assumptions_exclude_every_run(tmp_path, ass
     for one in decided(tmp_path, assumed).values():
         assert not one.proved
         assert not one.violated
-        assert one.reason in ("no run keeps to the assumptions", "no first step succeeds")
+        assert one.reason in ("no run satisfies the assumptions", "no first step succeeds")
 
 
 def test_assumptions_are_listed(tmp_path):
@@ -154,7 +154,7 @@ def test_a_scenario_that_breaks_one_says_so_where_a_property_fails(tmp_path):
 )
 def test_nothing_is_decided_where_assumptions_contradict_each_other_later(tmp_path, assumed):
     for one in decided(tmp_path, assumed).values():
-        assert (one.proved, one.violated, one.reason) == (False, False, "no run that lasts keeps to the assumptions")
+        assert (one.proved, one.violated, one.reason) == (False, False, "no complete run satisfies the assumptions")
 
 
 def test_a_proof_says_where_the_assumptions_leave_no_run(tmp_path):
@@ -173,7 +173,7 @@ state c
     opens = "assume o : after in(b), door.open within 2 s"
     assert decided(tmp_path, opens, text)["early"].violated
     found = decided(tmp_path, f"{opens}\nassume n : never door.open", text)["early"]
-    assert str(found).endswith("; the assumptions leave no run that lasts from b on")
+    assert str(found).endswith("; the assumptions allow no complete run after b on")
 
 
 def test_a_search_leaves_out_what_breaks_an_assumption(tmp_path):

@@ -99,9 +99,9 @@ def test_what_logic_rules_out_is_told_without_a_search(machine_of):
         "    on blocked if not space.left -> b\n    on blocked if space.left -> b\n"
     )
     reasons = {one.text: one.reason for one in generate(machine).unreached}
-    assert reasons.pop("a: when ahead < 0.5 m and space.left -> c is not taken") == f"it cannot be: {TAKEN_BEFORE}"
-    assert reasons.pop("b: when tilt > 2 deg and tilt < 1 deg -> a is not taken") == f"it cannot be: {CONTRADICTION}"
-    assert reasons.pop("c: on done if space.left -> b is not taken") == f"it cannot be: {TAKEN_BEFORE}"
+    assert reasons.pop("a: when ahead < 0.5 m and space.left -> c is not taken") == f"impossible: {TAKEN_BEFORE}"
+    assert reasons.pop("b: when tilt > 2 deg and tilt < 1 deg -> a is not taken") == f"impossible: {CONTRADICTION}"
+    assert reasons.pop("c: on done if space.left -> b is not taken") == f"impossible: {TAKEN_BEFORE}"
     assert all(": never " in text for text in reasons)
     assert not any("c: on blocked if space.left" in text and "never true" in text for text in reasons)
 

@@ -84,8 +84,8 @@ def test_scenarios_are_found_for_it_and_fail_on_a_changed_machine(folder):
         ("my_sweeper", "names no library"),
         ("my_sweepr:library", "there is no module `my_sweepr`"),
         ("my_sweeper:librar", "has no `librar`"),
-        ("my_sweeper:nothing", "gives no library but None"),
-        ("my_sweeper:bumped", "gives no library"),
+        ("my_sweeper:nothing", "returns no library but None"),
+        ("my_sweeper:bumped", "returns no library"),
     ],
 )
 def test_a_library_that_cannot_be_had_is_told_in_words(folder, name, message):

@@ -648,7 +648,7 @@ def run_test(tmp_path, monkeypatch):
 def test_what_is_proved_unreachable_is_named_and_does_not_count(run_test, tmp_path):
     status, told = run_test(DEAD_END, None, "--generate", "--output", tmp_path / "dead.maze-test")
     assert status == 0, told
-    assert "state c is not entered: it cannot be: proved for all runs" in told
+    assert "state c is not entered: impossible: proved for all runs" in told
     scenarios = (tmp_path / "dead.maze-test").read_text(encoding="utf-8").partition("test dead\n")[2]
     status, told = run_test(DEAD_END, scenarios, "--fail-under", 100)
     assert status == 0, told

@@ -49,7 +49,7 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
             if key in told or not places or places[0].file != subject.file:
                 continue
             told.add(key)
-            message = f"these transitions can repeat within one tick without end: {case}"
+            message = f"these transitions can repeat without end within one tick when {case}"
             related = tuple(Related(place, "then this one") for place in places[1:])
             yield finding("W0505", places[0], message, "change the conditions so that they exclude each other", related)
 

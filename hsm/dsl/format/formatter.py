@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from dataclasses import field
 from itertools import groupby
 
-from lark import Token
-
 from hsm.dsl.syntax.parser import parse, tokens_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import MachineError
 from hsm.model.values import dataclass
 
@@ -76,7 +75,7 @@ def _lines(source: Sequence[str]) -> list[_Line]:
         elif token.type == "_NL":
             first = True
         else:
-            line = lines[(token.line or 1) - 1]
+            line = lines[token.line - 1]
             if not line.tokens:
                 line.depth, line.block, line.continued = depth, blocks[-1], not first
             line.tokens.append(token)

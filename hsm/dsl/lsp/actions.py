@@ -183,7 +183,7 @@ def _units(document: Document, first: int, last: int) -> Iterator[Hint]:
 def _defaults(document: Document, first: int, last: int) -> Iterator[Hint]:
     """The defaults of the arguments that calls on some lines leave out, at the closing brackets."""
     for call in _calls(document.tree.items):
-        line = (call.closing.line or 1) - 1
+        line = call.closing.line - 1
         if not first <= line <= last:
             continue
         parameters = document.parameters_of(str(call.name))
@@ -192,7 +192,7 @@ def _defaults(document: Document, first: int, last: int) -> Iterator[Hint]:
         left_out = [one for one in parameters[unnamed:] if one.name not in given and not one.required]
         if left_out:
             listed = ", ".join(f"{one.name} = {value_text(one.default, one.type)}" for one in left_out)
-            yield Hint(line, (call.closing.column or 1) - 1, f", {listed}" if call.arguments else listed)
+            yield Hint(line, call.closing.column - 1, f", {listed}" if call.arguments else listed)
 
 
 def heading_line(document: Document) -> int | None:

@@ -86,7 +86,7 @@ def state_entry(document: Document, name: str) -> Entry | None:
         for item in symbol.lines:
             if not isinstance(item, ast.TransitionLine):
                 continue
-            text = document.tree.lines[(item.keyword.line or 1) - 1].strip()
+            text = document.tree.lines[item.keyword.line - 1].strip()
             targets = () if item.target is None else item.target.names
             if symbol.name == name:
                 leaving.append(f"- `{text}`")
@@ -102,10 +102,10 @@ def machine_entry(document: Document, name: str) -> Entry | None:
     if inner is None:
         heading = document.table.heading
         own = heading is not None and str(heading.name) == name
-        doc = document.tree.comment_above(heading.name.line or 1) if own and heading is not None else ""
+        doc = document.tree.comment_above(heading.name.line) if own and heading is not None else ""
         return Entry(name, SymbolKind.MACHINE, doc=doc) if own else None
     heading = inner.table.heading
-    doc = inner.tree.comment_above(heading.name.line or 1) if heading is not None else ""
+    doc = inner.tree.comment_above(heading.name.line) if heading is not None else ""
     return Entry(name, SymbolKind.MACHINE, inner.file, doc)
 
 

@@ -96,7 +96,7 @@ def block_end(document: Document, line: int) -> int:
 
 def state_around(document: Document, line: int) -> StateSymbol:
     """The innermost state whose block has a line; the root of the machine outside of all blocks."""
-    begins = {((one.token.line or 1) - 1): one for one in document.table.all_states() if one.token is not None}
+    begins = {(one.token.line - 1): one for one in document.table.all_states() if one.token is not None}
     around = [first for first in begins if first <= line <= block_end(document, first)]
     return begins[max(around)] if around else document.table.root
 
@@ -110,7 +110,7 @@ def outline(document: Document) -> list[OutlineSymbol]:
         if symbol.parent is None:
             return [*declared, *inner]
         if symbol.token is not None:
-            line, column = (symbol.token.line or 1) - 1, (symbol.token.column or 1) - 1
+            line, column = symbol.token.line - 1, symbol.token.column - 1
             place = Span(document.file, line, column, line, column + len(symbol.token))
             whole = _whole(document, line)
             detail = f"instance of {symbol.instance.name}" if symbol.instance is not None else symbol.kind.value
@@ -139,7 +139,7 @@ def folds(document: Document) -> Iterator[tuple[int, int, bool]]:
     lines = document.tree.lines
     for symbol in document.table.all_states():
         if symbol.token is not None and symbol.parent is not None:
-            first = (symbol.token.line or 1) - 1
+            first = symbol.token.line - 1
             if (last := block_end(document, first)) > first:
                 yield first, last, False
     start: int | None = None
@@ -278,7 +278,7 @@ def _python(document: Document, name: str) -> Span | None:
 def keywords(text: str) -> set[tuple[int, int]]:
     """Line and column of each keyword of a machine's text."""
     found = (one for one in tokens_of(text) if one.isidentifier() and one.type == one.upper())
-    return {((one.line or 1) - 1, (one.column or 1) - 1) for one in found}
+    return {(one.line - 1, one.column - 1) for one in found}
 
 
 def colours(lines: Sequence[str], names: Iterable[NameOccurrence], known: Container[tuple[int, int]]) -> list[Coloured]:

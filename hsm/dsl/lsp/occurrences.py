@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from enum import Enum
 
-from lark import Token
-
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.registry import Library
 from hsm.model.values import dataclass
 
@@ -233,7 +232,7 @@ class _Walker:
 def _parted(token: Token, owner: str, first: Role, second: Role) -> Iterator[NameOccurrence]:
     """An event and a part of what it carries, an instance and what is in it: they are written as one name."""
     part = token[len(owner) + 1 :]
-    line, column = (token.line or 1) - 1, (token.column or 1) - 1
+    line, column = token.line - 1, token.column - 1
     yield NameOccurrence(owner, first, line, column)
     yield NameOccurrence(part, second, line, column + len(owner) + 1, owner=owner)
 
@@ -243,4 +242,4 @@ def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str 
     if role is Role.STATE:
         stem, _, suffix = name.rpartition(".")
         name = stem if suffix in HISTORY else name
-    return NameOccurrence(name, role, (token.line or 1) - 1, (token.column or 1) - 1, declares, owner)
+    return NameOccurrence(name, role, token.line - 1, token.column - 1, declares, owner)

@@ -250,6 +250,6 @@ def _instance_lines(other: Document, machine: str) -> set[int]:
     found: set[int] = set()
     for symbol in other.table.all_states():
         if symbol.instance is not None and str(symbol.instance.name) == machine and symbol.token is not None:
-            first = (symbol.token.line or 1) - 1
+            first = symbol.token.line - 1
             found.update(range(first, block_end(other, first) + 1))
     return found

@@ -6,14 +6,13 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from lark import Token
-
 from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, SymbolKind
 from hsm.dsl.semantics.symbols import HISTORY
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import StateKind
 from hsm.model.registry import Parameter
 from hsm.model.types import BOOLEAN, QUANTITY_NAMES, UNITS, Enumeration
@@ -92,7 +91,7 @@ def variables(document: Document) -> Iterator[Entry]:
             case ast.DefinitionLine(name):
                 detail = _declared_text(document, name, "").removeprefix(" = ")
                 kind_of_value = BOOLEAN if _LOGIC.search(detail) else None
-                doc = document.tree.comment_above(name.line or 1)
+                doc = document.tree.comment_above(name.line)
                 yield Entry(str(name), SymbolKind.DEFINITION, detail, doc, type=kind_of_value)
             case ast.EnumerationLine(name, members):
                 known = document.type_named(str(name))
@@ -101,7 +100,7 @@ def variables(document: Document) -> Iterator[Entry]:
 
 def _declared_value(document: Document, name: Token, kind: Token, role: SymbolKind) -> Entry:
     detail = _declared_text(document, name, str(kind))
-    doc = document.tree.comment_above(name.line or 1)
+    doc = document.tree.comment_above(name.line)
     return Entry(str(name), role, detail, doc, type=document.type_named(str(kind)))
 
 
@@ -122,8 +121,8 @@ def _exposed(document: Document) -> Iterator[Entry]:
 
 def _declared_text(document: Document, name: Token, kind: str) -> str:
     """The type of a variable or parameter, and its value as it is written."""
-    line = document.tree.lines[(name.line or 1) - 1]
-    value = line[(name.end_column or 1) - 1 :].partition("#")[0].partition("=")[2].strip()
+    line = document.tree.lines[name.line - 1]
+    value = line[name.end_column - 1 :].partition("#")[0].partition("=")[2].strip()
     return f"{kind} = {value}" if value else kind
 
 
@@ -158,7 +157,7 @@ def events(document: Document) -> Iterator[Entry]:
     for line in document.table.root.lines:
         if isinstance(line, ast.EventLine):
             for event in line.events:
-                yield _event(document, str(event.name), document.tree.comment_above(event.name.line or 1))
+                yield _event(document, str(event.name), document.tree.comment_above(event.name.line))
     yield from (_event(document, one.name, one.doc) for one in document.library.events.values())
     for name in dict.fromkeys((*_outcomes(document), *_finals(document), "done", "fault")):
         yield Entry(name, SymbolKind.EVENT, "outcome")
@@ -212,7 +211,7 @@ def types(document: Document) -> Iterator[Entry]:
     yield from (Entry(name, SymbolKind.TYPE) for name in _TYPES)
     for line in document.table.root.lines:
         if isinstance(line, ast.EnumerationLine):
-            doc = document.tree.comment_above(line.name.line or 1)
+            doc = document.tree.comment_above(line.name.line)
             yield Entry(str(line.name), SymbolKind.TYPE, ", ".join(map(str, line.members)), doc)
     for name, enumeration in document.library.enumerations.items():
         members = ", ".join(member.value for member in enumeration)
@@ -222,8 +221,8 @@ def types(document: Document) -> Iterator[Entry]:
 def _properties(document: Document) -> Iterator[Entry]:
     for line in document.table.root.lines:
         if isinstance(line, ast.PropertyLine):
-            text = document.tree.lines[(line.name.line or 1) - 1].partition(":")[2].partition("#")[0].strip()
-            yield Entry(str(line.name), SymbolKind.PROPERTY, text, document.tree.comment_above(line.name.line or 1))
+            text = document.tree.lines[line.name.line - 1].partition(":")[2].partition("#")[0].strip()
+            yield Entry(str(line.name), SymbolKind.PROPERTY, text, document.tree.comment_above(line.name.line))
 
 
 def _call_snippet(name: str, parameters: Iterable[Parameter]) -> str:

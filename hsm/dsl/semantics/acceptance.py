@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from hsm.dsl.syntax import ast
 from hsm.model.codes import finding
@@ -17,8 +17,11 @@ _ACCEPT = re.compile(r"#\s*accept\s+([WN]\d{4}(?:\s*,\s*[WN]\d{4})*)")
 _CODE = re.compile(r"[WN]\d{4}")
 
 
-def accepted(findings: Iterable[Diagnostic], tree: ast.File) -> list[Diagnostic]:
-    """The diagnostics that are not accepted in the file, and a warning for each acceptance without a diagnostic."""
+def accepted(findings: Sequence[Diagnostic], tree: ast.File) -> list[Diagnostic]:
+    """The diagnostics that are not accepted in the file, and a warning for each acceptance without a diagnostic.
+
+    Where the file has errors, a diagnostic may be missing because of them: then there is no such warning.
+    """
     places = _acceptances(tree)
     blocks = _blocks(tree, {line for line, _ in places})
     used: set[tuple[int, str]] = set()
@@ -31,8 +34,9 @@ def accepted(findings: Iterable[Diagnostic], tree: ast.File) -> list[Diagnostic]
             used.add(key)
         else:
             remaining.append(found)
+    complete = all(one.severity < Severity.ERROR for one in findings)
     for key, place in places.items():
-        if key not in used:
+        if complete and key not in used:
             remaining.append(finding("W0605", place, f"there is no {key[1]} here to accept"))
     return remaining
 
@@ -58,14 +62,14 @@ def _blocks(tree: ast.File, wanted: set[int]) -> Mapping[int, Sequence[int]]:
     while stack:
         item, lines = stack.pop()
         if isinstance(item, ast.StateBlock):
-            own = item.name.line or 0
+            own = item.name.line
             around[own] = list(lines)
             inner = (own, *lines) if own in wanted else lines
             stack.extend((one, inner) for one in item.items)
         elif isinstance(item, ast.TransitionLine):
-            around[item.keyword.line or 0] = list(lines)
+            around[item.keyword.line] = list(lines)
         elif isinstance(item, ast.DoLine):
-            around[item.call.name.line or 0] = list(lines)
+            around[item.call.name.line] = list(lines)
     return around
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import field
 
-from lark import Token
-
 from hsm.dsl.semantics.analysis import Stay
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.engine.clock import nanoseconds
 from hsm.model.chart import (
     Action,
@@ -39,6 +38,13 @@ from hsm.model.expressions import Binary, Expression, Literal, Unary
 from hsm.model.registry import Choosy, Parameter
 from hsm.model.types import BOOLEAN
 from hsm.model.values import dataclass
+
+_NO_STATES = {
+    "self": "write the name of the state: a transition to the state itself leaves and enters it",
+    **dict.fromkeys(("null", "None", "none", "nil"), "a transition that leaves no state has no target: `on go / ...`"),
+    "end": "declare it: `final end`",
+}
+"""Words of other languages that name no state here, each with a suggestion."""
 
 
 @dataclass(slots=True)
@@ -95,7 +101,9 @@ class Behaviour:
             hint = guess.text
             if call.name.value in self.context.library.actions:
                 hint = f"`{call.name}` is an action, which takes no time: write it after a slash"
-            hint = hint or "`maze-machine list activities` shows what there is"
+            if call.name.value in ("wait", "sleep", "delay"):
+                hint = "wait in a state that a time-out leaves: `after 3 s -> ...`"
+            hint = hint or "`maze-machine list activities` lists them"
             self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
         if guess.name is None:
             self.look_at(call)
@@ -214,17 +222,21 @@ class Behaviour:
         owner, dot, suffix = name.rpartition(".")
         if dot and owner in self.context.symbols.states and suffix in HISTORY:
             return self.context.symbols.states[owner].histories.get(HISTORY[suffix])
-        doubtful = self.context.symbols.doubtful
-        if name in doubtful or owner in doubtful:
+        if self.context.symbols.may_be_a_state(name):
             self.context.symbols.entered.add_unknown()
             return None
+        if dot and owner in self.context.symbols.states and self.context.symbols.states[owner].instance is None:
+            inside = suffix in self.context.symbols.states
+            hint = f"the name alone is enough: `{suffix}`" if inside else f"there is no state `{suffix}` in `{owner}`"
+            self.context.add("E0201", name, f"there is no state `{name}`", hint)
+            return self.context.symbols.states.get(suffix, self.context.symbols.states[owner])
         if dot and owner in self.context.symbols.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
             self.context.add("E0201", name, f"a state inside the instance `{owner}` cannot be a target", hint)
             return self.context.symbols.states[owner]
         wanted = owner if dot and suffix in HISTORY else str(name)
         close = self.context.report.guess(wanted, self.context.symbols.states)
-        hint = f"name the state: `state.{name}`" if name in HISTORY else close.text or "declare it, or correct the name"
+        hint = f"name the state: `state.{name}`" if name in HISTORY else _NO_STATES.get(name, close.text or "")
         place = self.context.place(name)
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
@@ -270,9 +282,12 @@ class Behaviour:
     def _data(self, line: ast.RaiseSyntax | ast.SendSyntax) -> tuple[Expression, ...] | None:
         """What an event carries that is raised or sent; None where it is invalid."""
         data = self.declarations.data.get(str(line.event))
+        if data is None and line.event in self.context.symbols.doubtful:
+            self.look_at(line.data)
+            return None
         if data is None and line.data.arguments:
             hint = f"declare at the top of the file what it carries: `event {line.event}(NAME : TYPE)`"
-            self.context.add("E0213", line.event, f"event `{line.event}` carries nothing", hint)
+            self.context.add("E0213", line.event, f"event `{line.event}` carries no data", hint)
             return None
         fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
         return self.context.scope.arguments(line.data, fields, f"event `{line.event}`")
@@ -284,12 +299,13 @@ class Behaviour:
                 guess = self.context.report.guess(event, known)
                 hint = guess.text or f"declare it at the top of the file: `event {event}`"
                 self.context.add_once("E0203", event, f"`{event}` is sent to other machines, and not declared", hint)
+                self.declarations.sent.add_probable(guess.name)
             return None
         arguments = self._data(line)
         return None if arguments is None else Emit(str(event), self.context.place(event), arguments)
 
     def _cancel(self, event: Token) -> Cancel | None:
-        if event not in self.declarations.delayed:
+        if event not in self.declarations.delayed and event not in self.context.symbols.events:
             guess = self.context.report.guess(event, self.declarations.delayed)
             hint = guess.text or "only an event that is raised `after` a duration can be cancelled"
             self.context.add_once("E0203", event, f"nothing raises `{event}` after a duration", hint)
@@ -314,7 +330,7 @@ class Behaviour:
             hint = guess.text
             if name.value in self.context.library.activities:
                 hint = f"`{name}` is an activity, which takes time: write it after `do`"
-            hint = hint or "`maze-machine list actions` shows what there is"
+            hint = hint or "`maze-machine list actions` lists them"
             self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
         if guess.name is None:
             self.look_at(line)
@@ -344,7 +360,7 @@ class Behaviour:
         was_used = name in self.context.scope.used.known
         node = line.value
         if line.operator != "=":
-            operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)
+            operator = line.operator.instead(line.operator[0])
             node = ast.BinarySyntax(operator, name, node, 1 + ast.depth_of(node))
         value = self.context.scope.value(node, declared.type)
         if not was_used and line.operator != "=":

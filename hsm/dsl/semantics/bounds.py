@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from lark import Token
-
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import Adjustable
 from hsm.model.expressions import Literal
 from hsm.model.registry import Parameter

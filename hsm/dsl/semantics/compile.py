@@ -93,7 +93,7 @@ class _Compiler:
     def run(self) -> CompilationUnit:
         """All stages."""
         table, report = self.context.symbols, self.context.report
-        self.context.scope.doubtful = table.doubtful
+        self.context.scope.doubtful, self.context.scope.possible = table.doubtful, table.possible
         for unit in self.machines.values():
             for one in unit.model.enumerations if unit is not None and unit.model is not None else ():
                 self.context.scope.enumerations.setdefault(one.__name__, one)
@@ -202,12 +202,12 @@ class _Compiler:
             model=model,
             stays={symbol.index: tuple(map(self.behaviour.stay, symbol.stays)) for symbol in order if symbol.stays},
             doubtful=table.doubtful,
-            leading_anywhere=table.entered.unknown or table.unread > 0,
+            leading_anywhere=table.entered.unknown,
             uncertain=frozenset(self.behaviour.uncertain),
             awaiting_unknown=frozenset(symbol.index for symbol in order if symbol.awaited.unknown),
             erroneous=frozenset(symbol.index for symbol in order if symbol.erroneous),
             reporting_unknown=frozenset(symbol.index for symbol in order if symbol.reported.unknown),
-            unused=() if table.unread else tuple(self.declarations.unused(imports)),
+            unused=tuple(self.declarations.unused(imports)),
         )
 
     def _model(self, order: Sequence[StateSymbol], states: list[State]) -> Model:
@@ -227,7 +227,7 @@ class _Compiler:
             tuple(self.declarations.parameters),
             self.declarations.derived,
             tuple(files),
-            self.context.tree.comment_above(heading.name.line or 1) if heading is not None else "",
+            self.context.tree.comment_above(heading.name.line) if heading is not None else "",
             stated,
             frozenset((*self.declarations.events, *self.context.library.events)),
             enumerations=self.context.scope.own_enumerations(),
@@ -241,16 +241,10 @@ class _Compiler:
     def _claims(self, kind: type[ast.PropertyLine], states: list[State]) -> tuple[Property, ...]:
         """What is stated in lines of one kind."""
         table = self.context.symbols
-        return compile_properties(
-            (line for line in table.root.lines if type(line) is kind),
-            self.context.tree.lines,
-            self.context.scope,
-            states,
-            certain=not any(
-                names.unknown
-                for names in (table.root.reported, table.entered, self.behaviour.performed, self.declarations.heard)
-            ),
-        )
+        doubts = (table.root.reported, table.entered, self.behaviour.performed, self.declarations.heard)
+        further = Names(unknown=any(names.unknown for names in doubts))
+        lines = (line for line in table.root.lines if type(line) is kind)
+        return compile_properties(lines, self.context.tree.lines, self.context.scope, states, further)
 
     def _find_machine(self, symbol: StateSymbol) -> None:
         if symbol.instance is None:
@@ -265,6 +259,7 @@ class _Compiler:
             self.context.add_once("E0208", name, message, "write its members into this file")
         if symbol.model is None:
             symbol.reported.add_unknown()
+            self.context.symbols.doubtful.add(symbol.name)
         self.instantiated.add(str(name))
         if name in self.machines:
             return
@@ -287,7 +282,7 @@ class _Compiler:
                 if not dot or suffix not in HISTORY or owner is None:
                     continue
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
-                    if not (owner.erroneous or owner.reported.unknown or self.context.symbols.unread):
+                    if not (owner.erroneous or owner.reported.unknown or self.context.symbols.possible):
                         message = f"`{owner_name}` has no states inside it, so it has no history"
                         self.context.add_once("E0407", target, message, f"go to `{owner_name}`")
                     self.context.symbols.entered.add_unknown()
@@ -378,7 +373,7 @@ class _Compiler:
             activity=base.activity if machine else self.behaviour.activity(symbol),
             transitions=tuple(numbers),
             instance=str(symbol.instance.name) if symbol.instance is not None else None,
-            doc=self.context.tree.comment_above(token.line or 1) if token is not None and nested else "",
+            doc=self.context.tree.comment_above(token.line) if token is not None and nested else "",
             place=self.context.place(token) if token is not None else None,
         )
 

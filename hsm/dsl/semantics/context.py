@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import SymbolTable
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import Place
 from hsm.model.registry import Library
 from hsm.model.values import dataclass

@@ -7,8 +7,6 @@ from dataclasses import field, replace
 from enum import StrEnum
 from typing import cast
 
-from lark import Token
-
 from hsm.dsl.semantics import bounds
 from hsm.dsl.semantics.analysis import Unused
 from hsm.dsl.semantics.context import Context
@@ -17,6 +15,7 @@ from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.semantics.values import Declared, Definition
 from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.tokens import Token
 from hsm.engine.inputs import follow
 from hsm.model.chart import Adjustable, EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related
@@ -60,7 +59,7 @@ class Declarations:
     raised: dict[str, Token] = field(default_factory=dict)
     delayed: set[str] = field(default_factory=set)
     declared: set[str] = field(default_factory=set)
-    sent: set[str] = field(default_factory=set)
+    sent: Names = field(default_factory=Names)
     exposed: dict[str, None] = field(default_factory=dict)
     adjustable: dict[str, Adjustable] = field(default_factory=dict)
     _unsent: dict[str, int] = field(default_factory=dict)
@@ -165,6 +164,7 @@ class Declarations:
             if name not in fields:
                 self.context.symbols.doubtful.add(f"{event.name}.{name}")
         if len(fields) < len(event.fields):
+            self.context.symbols.doubtful.add(str(event.name))
             return
         found = EventData(str(event.name), tuple(fields.values()), place)
         known = self.data.get(found.event)
@@ -260,6 +260,7 @@ class Declarations:
             for line in symbol.lines:
                 if isinstance(line, ast.TransitionLine | ast.EntryLine | ast.ExitLine):
                     self._gather_raised(line.actions)
+        self.heard.update(self.context.symbols.heard)
         for name in imported:
             self.events.setdefault(name, None)
             self.heard.add(name)
@@ -345,7 +346,7 @@ class Declarations:
         self.heard.add(name)
         symbol.awaited.add(name)
         table = self.context.symbols
-        if name in symbol.reported or name in table.events or name in table.doubtful:
+        if name in symbol.reported or name in table.events or table.doubtful.has_part_of(name):
             return name
         sources = (self.context.library.events, self.events, symbol.completions, symbol.reported.known, ("fault",))
         if any(name in source for source in sources):
@@ -362,6 +363,8 @@ class Declarations:
         hint = guess.text or self._reporter(name) or _heard(symbol)
         if name in self.context.library.signals:
             hint = f"`{name}` is a signal: `when {name}`"
+        if name in ("entry", "exit"):
+            hint = f"write actions on {name} as `{name} / ...`"
         self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
         symbol.awaited.add_unknown()
         self.heard.add_unknown()

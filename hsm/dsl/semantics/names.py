@@ -7,7 +7,7 @@ diagnostic that only follows from another one.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import field
 
 from hsm.model.values import dataclass
@@ -25,8 +25,19 @@ class Names:
     known: set[str] = field(default_factory=set)
     unknown: bool = False
 
+    def __bool__(self) -> bool:
+        return self.unknown or bool(self.known)
+
     def __contains__(self, name: object) -> bool:
         return self.unknown or name in self.known
+
+    def has_part_of(self, name: str) -> bool:
+        """Whether it contains a name, or the owner of what has that name."""
+        return name in self or self.has_owner_of(name)
+
+    def has_owner_of(self, name: str) -> bool:
+        """Whether it contains a name before a dot in a name: what an unknown owner has is unknown, too."""
+        return any(one in self for one in _owners(name))
 
     def add(self, name: str) -> None:
         """Put a name in."""
@@ -43,6 +54,19 @@ class Names:
         """Take a name out, if it is known."""
         self.known.discard(name)
 
+    def add_probable(self, name: str | None) -> None:
+        """Put in the name that was probably meant; None where it is not known which."""
+        if name is None:
+            self.add_unknown()
+        else:
+            self.add(name)
+
     def add_unknown(self) -> None:
         """Something belongs here, but it is not known what."""
         self.unknown = True
+
+
+def _owners(name: str) -> Iterator[str]:
+    """The names that a name with dots begins with, the longest first."""
+    while name := name.rpartition(".")[0]:
+        yield name

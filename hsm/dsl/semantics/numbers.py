@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 import re
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.values import OTHER_UNITS, listed, meant
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Literal
 from hsm.model.types import INTEGER, LARGEST_INTEGER, NUMBER, UNITS, Type, si_value

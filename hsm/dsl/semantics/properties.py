@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import State
 from hsm.model.expressions import Active, Binary, Expression, Literal
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
@@ -22,8 +22,7 @@ def compile_properties(
     source: Sequence[str],
     scope: Scope,
     states: Sequence[State],
-    *,
-    certain: bool,
+    further: Names,
 ) -> tuple[Property, ...]:
     """Analyse the properties of a file.
 
@@ -32,12 +31,12 @@ def compile_properties(
         source: the text of the file, line by line.
         scope: what the expressions of the file may name.
         states: all states, with those of instances.
-        certain: whether it is known what all states do.
+        further: activities and resources that states may have besides those that are known.
     """
     inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
     inner.definitions, inner.enumerations = scope.definitions, scope.enumerations
     inner.carried, inner.outcomes = scope.carried, scope.outcomes
-    inner.machine, inner.certain = states, certain
+    inner.machine, inner.further, inner.possible = states, further, scope.possible
     found = [_property(line, source, inner, scope.report) for line in lines]
     return tuple(one for one in found if one is not None)
 
@@ -46,7 +45,7 @@ class _Scope(Scope):
     """Properties may also refer to activities: ``doing(ring)``, ``holding(base)``."""
 
     machine: Sequence[State] = ()
-    certain: bool = True
+    further: Names = Names()
 
     def _call(self, node: ast.CallSyntax) -> Expression | None:
         match node.name.value:
@@ -67,7 +66,7 @@ class _Scope(Scope):
                 return None
         place = place_of(self.report.file, node.name, node.closing)
         active: list[Expression] = [Active(one.name, place) for one in self.machine if str(name) in has(one)]
-        if not active and not self.certain:
+        if not active and str(name) in self.further:
             return None
         if not active:
             known = dict.fromkeys(one for state in self.machine for one in has(state) if one)
@@ -101,7 +100,7 @@ def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, repor
     last = last_token(line.within if line.within is not None else line.conditions[-1])
     place = place_of(report.file, line.name, last)
     # The last token may be followed by brackets that close; a comment belongs to no claim.
-    text = source[place.line - 1][(line.keyword.column or 1) - 1 :].partition("#")[0].rstrip()
+    text = source[place.line - 1][line.keyword.column - 1 :].partition("#")[0].rstrip()
     return Property(str(line.name), _claim(line.kind, given, within or 0.0), text, place)
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import field
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import Model, StateKind
 from hsm.model.diagnostics import Related
 from hsm.model.values import dataclass
@@ -88,9 +87,10 @@ class SymbolTable:
         imports: imported machines, by the name that the file knows them under.
         declared: where each state, variable and parameter is declared first.
         doubtful: names that unreadable lines may declare, and names whose declaration is invalid.
+        possible: the states that unreadable lines may declare, or that may be missing before them.
+        heard: the events that unreadable lines may handle.
         events: the events that may be sent to the machine or raised in it.
         entered: the states that transitions name.
-        unread: how many lines could not be read, or belong to no block.
     """
 
     root: StateSymbol
@@ -101,7 +101,8 @@ class SymbolTable:
     doubtful: Names = field(default_factory=Names)
     events: Names = field(default_factory=Names)
     entered: Names = field(default_factory=Names)
-    unread: int = 0
+    possible: Names = field(default_factory=Names)
+    heard: Names = field(default_factory=Names)
 
     def all_states(self) -> list[StateSymbol]:
         """All symbols in document order, the root first, including those without a valid name."""
@@ -113,6 +114,10 @@ class SymbolTable:
             stack.extend(reversed(symbol.children))
         return found
 
+    def may_be_a_state(self, name: str) -> bool:
+        """Whether a name may be that of a state, or of one inside it, whose declaration was not understood."""
+        return self.doubtful.has_part_of(name) or self.possible.has_part_of(name)
+
     def members(self) -> list[str]:
         """The names of the members."""
         return [one.name for one in self.all_states() if one.member]
@@ -121,8 +126,9 @@ class SymbolTable:
 def collect_symbols(tree: ast.File, report: Report) -> SymbolTable:
     """Walk a file once; report everything that is in the wrong place or declared twice."""
     walker = _Walker(tree, report, SymbolTable(StateSymbol("", StateKind.COMPOUND, None)))
-    walker.result.unread = sum(one.code == "E0105" for one in report.found)
-    if walker.result.unread:
+    if any(one.code == "E0105" for one in report.found):
+        walker.doubt_lines()
+        walker.result.possible.add_unknown()
         walker.result.events.add_unknown()
     walker.walk()
     walker.check_whole()
@@ -153,12 +159,12 @@ class _Walker:
         result = self.result
         for symbol in result.states.values():
             few = symbol.kind is StateKind.PARALLEL and len(symbol.children) < 2
-            if few and not symbol.erroneous and not result.unread:
+            if few and not symbol.erroneous and not result.possible:
                 result.entered.add_unknown()
                 message = f"parallel state `{symbol.name}` has fewer than two regions"
                 self._add("E0408", symbol.token, message, "write `state` instead of `parallel`, or add a second region")
         if result.heading is None:
-            if not result.unread:
+            if not result.possible:
                 message = "the first line must be `machine` with a name"
                 self._add("E0401", _start_of(self.tree), message, "begin the file with `machine NAME`")
             return
@@ -174,7 +180,7 @@ class _Walker:
                 f"`{name}` names the machine itself",
                 related=(related,),
             )
-        if not result.root.children and not result.unread:
+        if not result.root.children and not result.possible:
             self._add("E0409", name, f"machine `{name}` has no state", "add a state: `state waiting`")
 
     def _take(self, symbol: StateSymbol, item: ast.Item) -> tuple[StateSymbol, Iterator[ast.Item]] | None:
@@ -182,23 +188,8 @@ class _Walker:
         match item:
             case ast.StateBlock():
                 return self._new_state(symbol, item), iter(item.items)
-            case ast.BadLine(names, items, nameless):
-                result = self.result
-                result.unread += 1
-                result.doubtful.update(names)
-                symbol.reported.add_unknown()
-                symbol.awaited.add_unknown()
-                if nameless:
-                    result.doubtful.add_unknown()
-                if symbol is result.root or "raise" in names:
-                    result.events.add_unknown()
-                if items and not names:
-                    self._leave_open(symbol)
-                unknown = Names(unknown=True)
-                unread = StateSymbol("", StateKind.ATOMIC, symbol, erroneous=True, reported=unknown, awaited=unknown)
-                if items:
-                    self._add_child(unread)
-                return unread, iter(items)
+            case ast.BadLine():
+                return self._unread(symbol, item), iter(item.items)
             case ast.TransitionLine() | ast.EntryLine() | ast.ExitLine():
                 symbol.lines.append(item)
             case ast.StayLine():
@@ -211,9 +202,32 @@ class _Walker:
                 self._take_declaration(symbol, item)
         return None
 
+    def _unread(self, symbol: StateSymbol, line: ast.BadLine) -> StateSymbol:
+        """What a line that could not be read may be in a state; the answer has the lines below it."""
+        result, anything = self.result, Names(unknown=True)
+        declares = anything if line.declares is None else line.declares
+        result.doubtful.update(declares)
+        result.possible.update(declares)
+        symbol.reported.add_unknown()
+        symbol.awaited.add_unknown()
+        self.doubt_lines()
+        if symbol is result.root or "raise" in line.names:
+            result.events.add_unknown()
+        if line.items and not line.names:
+            self._leave_open(symbol)
+        unread = StateSymbol("", StateKind.ATOMIC, symbol, erroneous=True, reported=anything, awaited=anything)
+        if line.items:
+            self._add_child(unread)
+        return unread
+
+    def doubt_lines(self) -> None:
+        """A line that was not understood may handle any event and lead anywhere."""
+        self.result.heard.add_unknown()
+        self.result.entered.add_unknown()
+
     def _leave_open(self, symbol: StateSymbol) -> None:
         """Lines in no block may belong to the state before them, or to a missing one."""
-        self.result.doubtful.add_unknown()
+        self.result.possible.add_unknown()
         symbol.erroneous = True
         if symbol.children:
             symbol.children[-1].reported.add_unknown()
@@ -338,7 +352,7 @@ class _Walker:
     def _not_here(self, instance: StateSymbol, token: Token, message: str) -> None:
         """Report lines that an instance cannot have, once: they probably belong to another state."""
         place = place_of(self.tree.name, token)
-        self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
+        self.report.add_once("E0402", place, message, subject=id(instance), again="this does not belong here either")
         instance.erroneous = True
         instance.reported.add_unknown()
 
@@ -363,5 +377,5 @@ def _start_of(tree: ast.File) -> Token:
         words = line.partition("#")[0].split()
         if words:
             column = line.index(words[0]) + 1
-            return Token("NAME", words[0], 0, number, column, number, column + len(words[0]))
-    return Token("NAME", "", 0, 1, 1, 1, 2)
+            return Token("NAME", words[0], (number, column, number, column + len(words[0])))
+    return Token("NAME", "", (1, 1, 1, 2))

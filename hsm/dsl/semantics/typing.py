@@ -8,8 +8,6 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.numbers import number
@@ -30,6 +28,7 @@ from hsm.dsl.semantics.values import (
 )
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import Place, Related
 from hsm.model.expressions import (
     Active,
@@ -90,6 +89,7 @@ class Scope:
         heard: the events that the current transition waits for.
         states: names of states, for ``in(state)``.
         doubtful: names that may be declared on lines that could not be read; nothing is reported about those.
+        possible: the same of states.
         used: names of variables that something reads.
     """
 
@@ -98,6 +98,7 @@ class Scope:
     variables: dict[str, Declared] = field(default_factory=dict)
     states: Set[str] = frozenset()
     doubtful: Names = field(default_factory=Names)
+    possible: Names = field(default_factory=Names)
     used: Names = field(default_factory=Names)
     definitions: dict[str, Definition] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
@@ -109,15 +110,19 @@ class Scope:
         self.enumerations = self.enumerations or dict(self.library.enumerations)
 
     def type_named(self, name: Token) -> Type | None:
-        """The type with a name; if there is none, report it and return None."""
+        """The type with a name; None if there is none: that is reported, unless its declaration was not understood."""
         found = SIMPLE_TYPES.get(name)
         if found is not None:
             return found
         enumeration = self.enumerations.get(name)
         if enumeration is not None:
             return type_of_enumeration(enumeration)
+        if name in self.doubtful:
+            return None
         hint = meant(name, OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
-        hint = hint or "`maze-machine list types` shows what there is"
+        if name in ("string", "str", "text"):
+            hint = "strings are not supported; declare an enumeration: `enum NAME = VALUE, VALUE`"
+        hint = hint or "`maze-machine list types` lists them"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
 
@@ -318,7 +323,7 @@ class Scope:
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
             return Literal(owners[0](token.value), type_of_enumeration(owners[0]), self._place(token))
-        if token.value in self.doubtful:
+        if self.doubtful.has_part_of(token.value) or self.possible.has_owner_of(token.value):
             return None
         if owners:
             names = " and ".join(one.__name__ for one in owners)
@@ -345,7 +350,7 @@ class Scope:
                     *(name for name, (event, _) in self.carried.items() if event in self.heard),
                 ],
             )
-            hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
+            hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` lists them"
         self.used.add(close.name or "")
         if close.name is None:
             self.used.add_unknown()
@@ -468,7 +473,7 @@ class Scope:
             return self._extreme(node, place)
         signal = self.library.signals.get(name)
         if signal is None:
-            if name not in self.doubtful:
+            if not self.doubtful.has_part_of(name):
                 hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
                 message = f"there is no signal or function `{name}`"
                 self.report.add_once("E0202", self._place(node.name), message, hint)
@@ -488,7 +493,7 @@ class Scope:
             case (Token(type="NAME") as state,):
                 if state in self.states:
                     return Active(str(state), place)
-                if state not in self.doubtful and state.partition(".")[0] not in self.doubtful:
+                if not (self.doubtful.has_part_of(state) or self.possible.has_part_of(state)):
                     hint = self.report.guess(state, self.states).text
                     self.report.add_once("E0201", self._place(state), f"there is no state `{state}`", hint)
             case _:
@@ -559,7 +564,7 @@ class Scope:
     def _mismatch(
         self, left: Type, right: Type, operator: str, place: Place, operands: tuple[Expression, Expression]
     ) -> None:
-        message = f"`{operator}` cannot join {in_words(left)} and {in_words(right)}"
+        message = f"`{operator}` cannot combine {in_words(left)} and {in_words(right)}"
         related = tuple(
             Related(operand.place, f"this is {in_words(operand.type)}")
             for operand in operands

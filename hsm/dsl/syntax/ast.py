@@ -1,6 +1,6 @@
 """The syntax tree of one file, before names are resolved.
 
-The leaves are lark's tokens, which have line and column; a node that spans several has its first and last token.
+The leaves are tokens, which have line and column; a node that spans several has its first and last token.
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from dataclasses import field
 from typing import TypeAlias
 
-from lark import Token
-
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Place
 from hsm.model.values import dataclass
@@ -351,14 +350,14 @@ class BadLine:
     """A line that could not be read, or lines that are indented under one that has no block.
 
     Attributes:
-        names: the names that are on it: they may be declarations.
+        names: the names that are on it.
+        declares: those that it may declare; None where it may declare anything.
         items: what is indented below it.
-        nameless: it declares something without a known name.
     """
 
     names: frozenset[str]
+    declares: frozenset[str] | None
     items: tuple[Item, ...]
-    nameless: bool = False
 
 
 Item: TypeAlias = (
@@ -473,5 +472,5 @@ def last_token(expression: Expression | Named) -> Token:
 def place_of(file: str, first: Token, last: Token | None = None) -> Place:
     """The place from a token to another, or of a single one."""
     end = first if last is None else last
-    line, column = first.line or 1, first.column or 1
+    line, column = first.line, first.column
     return Place(file, line, column, end.end_line or line, end.end_column or column + 1)

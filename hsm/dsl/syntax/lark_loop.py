@@ -1,13 +1,14 @@
-"""Lark's own parser loop with the interface of ``lark_table.TableParser``: slower, but independent of lark's table."""
+"""Lark's own parser loop with the interface of ``parse_table.TableParser``: slower, but independent of lark's table."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from lark import Lark, Token
+from lark import Lark
 from lark.exceptions import UnexpectedToken
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.values import dataclass
 
 
@@ -25,7 +26,7 @@ class LarkParser:
     def feed(self, token: Token) -> bool:
         """Take a token; if it does not fit, return False and leave the parse unchanged except for reductions."""
         try:
-            self.parser.feed_token(token)
+            self.parser.feed_token(token)  # type: ignore[arg-type]  # of a token it uses the type alone
         except UnexpectedToken:
             return False
         return True

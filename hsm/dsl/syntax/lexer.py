@@ -11,8 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 
-from lark import Lark, Token
-
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.values import dataclass
 
 STATEMENTS = frozenset(
@@ -67,17 +66,6 @@ class Terminals:
 
     pattern: re.Pattern[str]
     symbols: Mapping[str, str]
-
-    @classmethod
-    def of(cls, lark: Lark) -> Terminals:
-        """The terminals of a grammar; a character that begins none of them is a terminal of its own."""
-        formed = {one.name: one.pattern.to_regexp() for one in lark.terminals if one.pattern.type == "re"}
-        symbols = {one.pattern.value: one.name for one in lark.terminals if one.pattern.type == "str"}
-        marks = sorted((text for text in symbols if not text.isidentifier()), key=len, reverse=True)
-        groups = [f"(?P<{name}>{formed.pop(name)})" for name in ("NAME", "_NL", "NUMBER")]
-        groups += [f"(?P<{name}>{text})" for name, text in formed.items() if name.isupper()]
-        groups += [f"(?P<_MARK>{'|'.join(map(re.escape, marks))})", r"(?P<UNKNOWN>[^ \n])"]
-        return cls(re.compile(f"[ ]*(?:{'|'.join(groups)})"), symbols)
 
 
 @dataclass(slots=True)
@@ -162,7 +150,7 @@ class Lexer:
                     token.type = kind = word.upper()
             elif kind == "_NL":
                 if end == len(text):
-                    token = _token(kind, "\n", line, token.column or 1)
+                    token = _token(kind, "\n", line, token.column)
                 line += word.count("\n")
                 line_start = start + word.rindex("\n") + 1
                 token.end_line = line
@@ -175,7 +163,7 @@ class Lexer:
 
     def _give_up(self, opened: list[Token], end: Token, levels: list[int]) -> Iterator[Token]:
         """End a line even though a bracket is open."""
-        self.unclosed[end.line or 1] = opened[0]
+        self.unclosed[end.line] = opened[0]
         opened.clear()
         yield end
         yield from self._indentation(end, levels)
@@ -202,20 +190,19 @@ class Lexer:
 
 
 def _token(kind: str, word: str, line: int, column: int) -> Token:
-    """A token on one line; lark's own constructor takes several times as long."""
+    """A token on one line; the constructor takes twice as long."""
     token = _new(Token, word)
     token.type = kind
     token.value = word
     token.line = token.end_line = line
     token.column = column
     token.end_column = column + len(word)
-    token.start_pos = token.end_pos = None
     return token
 
 
 def _block_token(kind: str, newline: Token) -> Token:
     """The beginning or the end of a block, where the line before it ends."""
-    token = _token(kind, "", newline.line or 1, newline.column or 1)
+    token = _token(kind, "", newline.line, newline.column)
     token.end_line = newline.end_line
     return token
 

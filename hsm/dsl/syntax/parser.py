@@ -5,23 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
-from importlib.resources import files
-from typing import Any
-
-from lark import Lark, Token
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import depth_of, place_of
-from hsm.dsl.syntax.lark_loop import LarkParser
-from hsm.dsl.syntax.lark_table import ParseTable, TableParser
 from hsm.dsl.syntax.layout import LAYOUT
 from hsm.dsl.syntax.lexer import Lexer, Terminals
+from hsm.dsl.syntax.parse_table import ParseTable, PlainGrammar, TableParser
 from hsm.dsl.syntax.syntax_errors import report_line
-from hsm.dsl.syntax.table_cache import analysed
+from hsm.dsl.syntax.table_cache import kept
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
 from hsm.model.values import dataclass
+
+if TYPE_CHECKING:
+    from lark import Lark
+
+    from hsm.dsl.syntax.lark_loop import LarkParser
 
 _INDENTED = "this is indented under a line that has no block"
 _MISFIT = "this indentation matches no block"
@@ -30,6 +33,7 @@ _TAB = "a tab cannot be used here"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
+_DECLARES_NOTHING = re.compile(r" *(?:initial|do|entry|exit|on|when|else|after|every|stay|property|assume|defer)\b")
 
 
 class TreeBuilder:
@@ -46,7 +50,8 @@ class TreeBuilder:
 
     def param(self, parts: list[Any]) -> ast.ParameterLine:
         adjustable = parts.pop() if isinstance(parts[-1], ast.AdjustableSyntax) else None
-        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None, adjustable)
+        name, kind, *default = parts
+        return ast.ParameterLine(name, kind, default[0] if default else None, adjustable)
 
     def adjustable(self, parts: list[Any]) -> ast.AdjustableSyntax:
         return ast.AdjustableSyntax(parts[0], tuple(parts[1:-1]))
@@ -64,10 +69,12 @@ class TreeBuilder:
         return ast.FieldSyntax(*parts)
 
     def enum(self, parts: list[Any]) -> ast.EnumerationLine:
-        return ast.EnumerationLine(parts[0], tuple(parts[2:]))
+        name, _, *values = parts
+        return ast.EnumerationLine(name, tuple(values))
 
     def define(self, parts: list[Any]) -> ast.DefinitionLine:
-        return ast.DefinitionLine(parts[0], parts[2])
+        name, _, value = parts
+        return ast.DefinitionLine(name, value)
 
     def state(self, parts: list[Any]) -> ast.StateBlock:
         if len(parts) > 1 and isinstance(parts[1], ast.CallSyntax):
@@ -166,7 +173,8 @@ class TreeBuilder:
         return ast.AssignSyntax(*parts)
 
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
-        raised, delay = parts[0], parts[2] if len(parts) > 1 else None
+        raised, *after = parts
+        delay = after[-1] if after else None
         if isinstance(raised, ast.CallSyntax):
             return ast.RaiseSyntax(raised.name, delay, raised)
         return ast.RaiseSyntax(raised, delay)
@@ -213,11 +221,21 @@ class TreeBuilder:
         return ast.CallSyntax(parts[0], arguments, parts[-1], 1 + max(map(depth_of, arguments), default=0))
 
     def named(self, parts: list[Any]) -> ast.Named:
-        return ast.Named(parts[0], parts[2], depth_of(parts[2]))
+        name, _, value = parts
+        return ast.Named(name, value, depth_of(value))
 
     def bad(self, parts: list[Any]) -> ast.BadLine:
-        nameless = _NAMELESS.match(parts[0]) is not None
-        return ast.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]), nameless)
+        line, *items = parts
+        text = line.partition("#")[0] if "\n" not in line else line
+        names = frozenset(_NAME.findall(text))
+        return ast.BadLine(names, _declared(text, names), tuple(items))
+
+
+def _declared(text: str, names: frozenset[str]) -> frozenset[str] | None:
+    """What a line may declare that cannot be read; None where that may be anything."""
+    if not text or _DECLARES_NOTHING.match(text):
+        return frozenset()
+    return None if _NAMELESS.match(text) or not names else names
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,30 +251,53 @@ class Grammar:
     begin: Callable[[], TableParser | LarkParser]
 
     @classmethod
-    def of(cls, lark: Lark) -> Grammar:
-        """A grammar read by lark: run by our loop, or by lark's if its table has an unknown structure."""
-        try:
-            table = ParseTable.of(lark)
-        except (AttributeError, KeyError, TypeError):
-            return cls(Terminals.of(lark), partial(LarkParser.of, lark))
-        return cls(Terminals.of(lark), partial(TableParser, table))
+    def of(cls, plain: PlainGrammar) -> Grammar:
+        """A grammar that is run by our loop."""
+        table = ParseTable.of(plain, TreeBuilder())
+        return cls(Terminals(re.compile(plain.pattern), plain.symbols), partial(TableParser, table))
+
+    @classmethod
+    def of_lark(cls, lark: Lark) -> Grammar:
+        """A grammar that is run by lark's own loop."""
+        from hsm.dsl.syntax.lark_loop import LarkParser  # noqa: PLC0415 - lark takes long to import
+        from hsm.dsl.syntax.lark_table import terminals_of  # noqa: PLC0415
+
+        pattern, symbols = terminals_of(lark)
+        return cls(Terminals(re.compile(pattern), symbols), partial(LarkParser.of, lark))
 
 
 def read_grammar() -> Lark:
     """The grammar, read by lark."""
+    from lark import Lark  # noqa: PLC0415 - only where no analysed grammar is kept
+
     builder: Any = TreeBuilder()
     return Lark(
-        _grammar_text(), parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False
+        grammar_text(), parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False
     )
 
 
-def _grammar_text() -> str:
-    return files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
+def analysed() -> PlainGrammar:
+    """The grammar as lark analyses it.
+
+    Raises:
+        AttributeError, KeyError, TypeError: lark keeps its table in another way.
+    """
+    from hsm.dsl.syntax.lark_table import grammar_of  # noqa: PLC0415
+
+    return grammar_of(read_grammar())
+
+
+def grammar_text() -> str:
+    """The grammar as it is written."""
+    return Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
 
 
 @cache
 def _grammar() -> Grammar:
-    return Grammar.of(analysed(_grammar_text(), TreeBuilder(), read_grammar))
+    try:
+        return Grammar.of(kept(grammar_text(), analysed))
+    except (AttributeError, KeyError, TypeError):
+        return Grammar.of_lark(read_grammar())
 
 
 def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.File, list[Diagnostic]]:
@@ -280,19 +321,19 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
         if parser.feed(token):
             continue
         if token.type == "_INDENT":
-            report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED, _SHIFT)
+            report.add("E0103", _line_place(file, lines, token.end_line), _INDENTED, _SHIFT)
             for one in (Token("BAD", ""), Token("_NL", ""), token):
                 parser.feed(one)
         else:
-            line = token.line or 1
+            line = token.line
             report_line(report, token, parser.expected(), lines[line - 1])
             _skip_line(parser, tokens, token, lines)
     items = parser.finish()
     for end, token in lexer.unclosed.items():
-        _forget_between(report, token.line or 1, end)
+        _forget_between(report, token.line, end)
         report.add("E0104", place_of(file, token), f"`{token}` is never closed", "close it with `)`")
     for token in lexer.misfits:
-        report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT, _SHIFT)
+        report.add("E0105", _line_place(file, lines, token.end_line), _MISFIT, _SHIFT)
     return ast.File(file, items, tuple(lines)), _once_a_line(report.found)
 
 
@@ -365,7 +406,7 @@ def tokens_of(text: str) -> Iterator[Token]:
 def _skip_line(parser: TableParser | LarkParser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
     """Puts ``BAD`` in place of the line that a token cannot be on, and continues after that line."""
     parser.back_to("BAD")
-    first = token.line or 1
+    first = token.line
     while token.type != "_NL":
         token = next(tokens)
     parser.feed(Token("BAD", "\n".join(lines[first - 1 : token.line])))

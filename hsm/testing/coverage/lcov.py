@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import field
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
 from hsm.model.values import dataclass
@@ -30,21 +31,33 @@ class SourceLines:
     functions: dict[str, tuple[int, int]] = field(default_factory=dict)
 
 
+class _Counted(NamedTuple):
+    """What is counted over all instances of a machine."""
+
+    file: str
+    kind: ItemKind
+    own: object
+    line: int
+    column: int
+
+    def place(self) -> tuple[str, int, int, str, str]:
+        """Its place among the others."""
+        return self.file, self.line, self.column, self.kind.value, str(self.own)
+
+
 def by_source(machines: Sequence[Measured]) -> dict[str, SourceLines]:
     """Coverage by source file and line, added up over the instances of a machine."""
-    seen: dict[tuple[str, ItemKind, object, int, int], int] = {}
+    seen: dict[_Counted, int] = {}
     for machine in machines:
         for point in machine.points:
             if point.place is not None:
                 own: object = point.key[2:]
                 if point.kind is ItemKind.STATE:
                     own = str(point.key[1]).rpartition(".")[2]
-                key = (str(Path(point.place.file)), point.kind, own, point.place.line, point.place.column)
+                key = _Counted(str(Path(point.place.file)), point.kind, own, point.place.line, point.place.column)
                 seen[key] = seen.get(key, 0) + point.count
     found: dict[str, SourceLines] = {}
-    for (file, kind, own, line, _), count in sorted(
-        seen.items(), key=lambda one: (one[0][0], one[0][3:], one[0][1].value, str(one[0][2]))
-    ):
+    for (file, kind, own, line, _), count in sorted(seen.items(), key=lambda one: one[0].place()):
         source = found.setdefault(file, SourceLines())
         if kind in _LINES:
             source.hits[line] = min(source.hits.get(line, count), count)

@@ -74,9 +74,9 @@ class Generated:
     Attributes:
         scenarios: the tests.
         unreached: the goals without a run.
-        moments: how many different states were seen.
-        steps: how many steps were tried.
-        complete: whether those are all the states there are.
+        moments: the number of different states seen.
+        steps: the number of steps tried.
+        complete: whether these are all states.
     """
 
     scenarios: tuple[Scenario, ...]
@@ -342,7 +342,7 @@ class _Search:
                     missed = self._missed(str(goal[0]), index, *how)
                     reason = self._why_not(index)
                     if goal in self.impossible:
-                        reason = f"it cannot be: {self.impossible[goal]}"
+                        reason = f"impossible: {self.impossible[goal]}"
                     line = transition.place.line if transition.place else None
                     proved = self.proved or goal in self.impossible
                     yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line, proved)
@@ -364,7 +364,7 @@ class _Search:
     def _bound(self) -> str:
         """How certain it is that a goal cannot be reached."""
         if self.proved:
-            return "it cannot be: proved for all runs"
+            return "impossible: proved for all runs"
         return f"not found in {self.steps} steps from {len(self.parents)} states"
 
     def _possible(self) -> Possible | None:
@@ -377,7 +377,7 @@ class _Search:
         if transition.source and ("state", transition.source) not in self.found:
             return f"{model.states[transition.source].name} is never entered; {self._bound()}"
         decision = self.machine.generator.decision(index)
-        ways = [goal[2] for goal in self.found if goal[:2] == ("path", index)]
+        ways = [way for kind, of, *ends in self.found if (kind, of) == ("path", index) for way in ends]
         if ("transition", index) in self.found:
             return f"whenever it is evaluated, earlier conditions have ruled that out; {self._bound()}"
         if any(decision.outcome(int(str(one))) for one in ways):

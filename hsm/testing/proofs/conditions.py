@@ -91,7 +91,7 @@ class Evaluator:
                 return Arithmetic(self.symbols).binary(operator, self.value(left), self.value(right), expression.type)
             case Choice(condition, then, otherwise):
                 return self._chosen(self.truth(condition), then, otherwise)
-        raise Undecided(f"an expression of a kind that proofs do not support ({expression.place})")
+        raise Undecided(f"an expression that proofs do not support ({expression.place})")
 
     def _chosen(self, condition: Truth, then: Expression, otherwise: Expression) -> Value:
         """A conditional value; only the chosen branch is evaluated."""

@@ -18,7 +18,7 @@ from hsm.testing.proofs.values import NoRun
 
 
 def ending(graph: Graph) -> frozenset[int]:
-    """The locations from which no run that keeps to the assumptions lasts, where all locations are known.
+    """The locations from which no run that satisfies the assumptions lasts, where all locations are known.
 
     Raises:
         NoRun: it is so from the start.
@@ -27,7 +27,7 @@ def ending(graph: Graph) -> frozenset[int]:
         return frozenset()
     found = _ending(graph.locations, graph.edges)
     if all(one.target in found for one in graph.initial):
-        raise NoRun("no run that lasts keeps to the assumptions")
+        raise NoRun("no complete run satisfies the assumptions")
     return found
 
 

@@ -37,7 +37,7 @@ class Decider:
         budget: for all properties together.
         stated: all properties of the machine.
         asked: whether the graph was limited to a depth on request.
-        ending: the locations from which no run that keeps to the assumptions lasts.
+        ending: the locations from which no run that satisfies the assumptions lasts.
         quotients: smaller graphs, each by the names of the properties that it is for.
     """
 
@@ -163,7 +163,7 @@ class Decider:
             return ""
         states = self.graph.machine.model.states
         leaves = self.graph.locations[min(self.ending)].leaves
-        return f"the assumptions leave no run that lasts from {', '.join(states[one].name for one in leaves)} on"
+        return f"the assumptions allow no complete run after {', '.join(states[one].name for one in leaves)} on"
 
     def _inexact(self) -> str:
         """The parts of the machine that are abstracted."""

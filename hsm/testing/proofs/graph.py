@@ -201,7 +201,7 @@ class Graph:
 
         Raises:
             Undecided: the machine has a feature that proofs do not support.
-            NoRun: no run keeps to the assumptions.
+            NoRun: no run satisfies the assumptions.
         """
         values = tuple(self.evaluator.values)
         quiet, heard = self.stepper.start(values, self._assumed.signals(values))
@@ -210,7 +210,7 @@ class Graph:
         self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
         self.stepper.faults.clear()
         if not self.initial and self.machine.model.assumptions:
-            raise NoRun("no first step succeeds" if self.faults else "no run keeps to the assumptions")
+            raise NoRun("no first step succeeds" if self.faults else "no run satisfies the assumptions")
         done = 0
         while done < len(self.locations):
             if most_depth is not None and self.depth >= most_depth:
@@ -321,7 +321,7 @@ def unsupported(model: Model) -> str | None:
     """An unsupported feature of a machine; None if there is none."""
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Every | Held | Always):
-            return f"a trigger of a kind that proofs do not support ({one.place})"
+            return f"a trigger that proofs do not support ({one.place})"
         if isinstance(one.trigger, On) and (one.trigger.prefix or ("*" in one.trigger.names and model.events is None)):
             return f"events that are matched by a pattern ({one.place})"
     for action in actions_of(model):

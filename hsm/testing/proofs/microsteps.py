@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
+from typing import NamedTuple
 
 from hsm.engine.configuration import Plan
 from hsm.engine.generated import Block, Occasion
@@ -26,6 +27,22 @@ _SHORTEST = 0.6e-9
 """In seconds: what is shorter counts as no nanosecond."""
 
 
+class Sent(NamedTuple):
+    """An event that arrives later.
+
+    Attributes:
+        event: of its data it has what is constant; the rest may then be anything.
+        name: the event's.
+        delay: s.
+        label: by which it can be cancelled.
+    """
+
+    event: str | CarriedEvent
+    name: str
+    delay: float
+    label: str | None
+
+
 class Microsteps:
     """Executes plans symbolically.
 
@@ -38,7 +55,7 @@ class Microsteps:
         buried: takes active states, values and what is remembered; returns the last two without what is dead.
 
     Attributes:
-        sends: the events that are sent with a delay: the event, its name, the delay in seconds, the label.
+        sends: what arrives later.
         symbols: represent unknown values.
     """
 
@@ -186,10 +203,10 @@ class Microsteps:
                 return possible
             case Cancel(label):
                 timers[:] = [
-                    one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition][3] != label
+                    one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition].label != label
                 ]
             case _:
-                raise Undecided(f"an action of a kind that proofs do not support ({action.place})")
+                raise Undecided(f"an action that proofs do not support ({action.place})")
         return TRUE
 
     def _carried(
@@ -249,10 +266,9 @@ def _ordered(timers: list[Timer]) -> tuple[Timer, ...]:
     return tuple(sorted(timers, key=lambda one: one.transition))
 
 
-def _sent(send: Send) -> tuple[str | CarriedEvent, str, float, str | None]:
-    """What arrives later: of its data what is constant; the rest may then be anything."""
+def _sent(send: Send) -> Sent:
     given = tuple(Exact.of(one.value) if isinstance(one, Literal) else None for one in send.arguments)
-    return CarriedEvent(send.event, given) if given else send.event, send.event, send.delay, send.label
+    return Sent(CarriedEvent(send.event, given) if given else send.event, send.event, send.delay, send.label)
 
 
 def counters(model: Model) -> frozenset[str]:

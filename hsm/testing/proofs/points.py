@@ -132,8 +132,8 @@ class Stage:
         part: of the step.
         reports: the activities that may report something, from this one on.
         left: those of them whose state was left in this step: what runs there now is another one.
-        due: the time-outs that are due and have not been looked at.
-        held: the conditions that are watched for some time and have not been looked at, by transition.
+        due: the time-outs that are due and have not been examined.
+        held: the conditions that are watched for some time and have not been examined, by transition.
         heard: the name of an event whose data is among the values: it is handled first; empty for none.
         recalled: events that are handled before those of this part.
         moved: whether a state was left or entered since deferred events were recalled; only where events are deferred.

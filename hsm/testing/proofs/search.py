@@ -86,7 +86,7 @@ class Search:
         rounding: in nanoseconds: within this distance of a deadline, both sides are considered.
         visits: all places, in the order in which they were found.
         depth: after that many steps no violation was found.
-        complete: whether all places were looked at.
+        complete: whether all places were examined.
     """
 
     graph: Graph | Quotient

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from hsm.engine.configuration import Picked, Selector
 from hsm.engine.decisions import Condition, Constant, Negation, Tree
@@ -22,6 +23,20 @@ Choice = tuple[Picked | None, Diagram]
 
 Path = tuple[int, int, Diagram]
 """A transition, a path through its guard, and the signals."""
+
+
+class _Walk(NamedTuple):
+    """A way through a guard.
+
+    Attributes:
+        path: through its conditions.
+        held: whether the guard is true on it.
+        among: the signals.
+    """
+
+    path: int
+    held: bool
+    among: Diagram
 
 
 class Selections:
@@ -111,32 +126,35 @@ class Selections:
                     continue
                 evaluator = self._evaluator.at(point.values, active)
                 conditions = [evaluator.truth(one) for one in decision.conditions]
-                for path, _, among in self._walked(decision.tree, conditions, [(0, True, left)]):
+                for path, _, among in self._walked(decision.tree, conditions, [_Walk(0, held=True, among=left)]):
                     yield index, path, among
                 left = self.diagrams.both(left, self._guard(index, point.values, active).false)
 
-    def _walked(
-        self, tree: Tree, conditions: Sequence[Truth], ways: list[tuple[int, bool, Diagram]]
-    ) -> list[tuple[int, bool, Diagram]]:
-        """How paths through a tree continue: the path, whether the tree is true on it, the signals."""
+    def _walked(self, tree: Tree, conditions: Sequence[Truth], ways: list[_Walk]) -> list[_Walk]:
+        """How paths through a tree continue."""
         both = self.diagrams.both
         match tree:
             case Condition(number):
                 truth = conditions[number]
-                found = [(path + 2 * 3**number, True, both(among, truth.true)) for path, _, among in ways]
-                found += [(path + 3**number, False, both(among, truth.false)) for path, _, among in ways]
+                found = [
+                    _Walk(path + 2 * 3**number, held=True, among=both(among, truth.true)) for path, _, among in ways
+                ]
+                found += [
+                    _Walk(path + 3**number, held=False, among=both(among, truth.false)) for path, _, among in ways
+                ]
             case Constant(held):
-                found = [(path, held, among) for path, _, among in ways]
+                found = [_Walk(path, held, among) for path, _, among in ways]
             case Negation(operand):
-                found = [(path, not held, among) for path, held, among in self._walked(operand, conditions, ways)]
+                walked = self._walked(operand, conditions, ways)
+                found = [_Walk(path, not held, among) for path, held, among in walked]
             case _:
                 found, going = [], ways
                 for part in tree.parts:
                     walked = self._walked(part, conditions, going)
-                    going = [one for one in walked if one[1] is tree.conjunction]
-                    found += [one for one in walked if one[1] is not tree.conjunction]
+                    going = [one for one in walked if one.held is tree.conjunction]
+                    found += [one for one in walked if one.held is not tree.conjunction]
                 found += going
-        return [one for one in found if one[2] != FALSE]
+        return [one for one in found if one.among != FALSE]
 
     def _all_choices(self, selector: Selector, point: Point, due: frozenset[int] | None) -> list[Choice]:
         both, either = self.diagrams.both, self.diagrams.either

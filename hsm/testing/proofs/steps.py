@@ -387,8 +387,8 @@ class Stepper:
         arriving = [one for one in point.timers if one.transition < 0 and one.due]
         for one in arriving:
             left = replace(point, timers=tuple(other for other in point.timers if other is not one))
-            yield from self._heard(found, (stage, left, ()), sends[-1 - one.transition][0], among, None)
-        for name in dict.fromkeys(one[1] for one in sends):
+            yield from self._heard(found, (stage, left, ()), sends[-1 - one.transition].event, among, None)
+        for name in dict.fromkeys(one.name for one in sends):
             yield from self._heard(found, (stage, point, ()), name, among, ("event", name, ""))
         if not arriving:
             yield self._way((Stage(Part.REPORTS, stage.reports, stage.left), point, ()), among)

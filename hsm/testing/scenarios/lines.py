@@ -6,19 +6,21 @@ The file is read line by line, so that one invalid line hides no other.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
-from lark import Lark, Token
+import lark
+from lark import Lark
 from lark.exceptions import UnexpectedInput
 
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
-from hsm.dsl.syntax.parser import TreeBuilder
+from hsm.dsl.syntax.parser import TreeBuilder, grammar_text
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.diagnostics import Place
 from hsm.model.values import dataclass
 
@@ -89,8 +91,8 @@ class _LineBuilder(TreeBuilder):
 
     def setting(self, parts: list[Any]) -> Setting:
         negated = isinstance(parts[0], Token) and parts[0].type == "NOT"
-        rest = parts[negated:]
-        return Setting(rest[0], rest[2] if len(rest) > 1 else None, negated)
+        signal, *equals = parts[negated:]
+        return Setting(signal, equals[-1] if equals else None, negated)
 
     def report(self, parts: list[Any]) -> Reporting:
         return Reporting(*parts)
@@ -112,13 +114,28 @@ for _kind in (*_OUTER, "covers", "given", "step", "wait", "expect"):
     setattr(_LineBuilder, _kind, lambda _, parts, kind=_kind: (kind, tuple(parts)))
 
 
+class _OwnTokens:
+    """Has a line's builder build the values of lark's rules, with our tokens in place of lark's."""
+
+    def __getattr__(self, rule: str) -> Callable[[list[Any]], Any]:
+        build: Callable[[list[Any]], Any] = getattr(_BUILDER, rule)
+        return lambda parts: build([_own(one) if isinstance(one, lark.Token) else one for one in parts])
+
+
+_BUILDER = _LineBuilder()
+
+
+def _own(token: lark.Token) -> Token:
+    line, column = token.line or 1, token.column or 1
+    return Token(token.type, str(token), (line, column, token.end_line or line, token.end_column or column))
+
+
 @cache
 def _parser() -> Lark:
-    expressions = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
-    own = files("hsm.testing.scenarios").joinpath("scenario.lark").read_text(encoding="utf-8")
-    builder: Any = _LineBuilder()
+    own = Path(__file__).with_name("scenario.lark").read_text(encoding="utf-8")
+    builder: Any = _OwnTokens()
     return Lark(
-        f"{expressions}\n{own}", parser="lalr", start="test_line", transformer=builder, maybe_placeholders=False
+        f"{grammar_text()}\n{own}", parser="lalr", start="test_line", transformer=builder, maybe_placeholders=False
     )
 
 
@@ -177,7 +194,7 @@ def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) ->
     if wanted:
         message = f"expected {', '.join(wanted[:-1])}{' or ' if len(wanted) > 1 else ''}{wanted[-1]}, found {found}"
     if token is not None and not ends:
-        place = place_of(report.file, token)
+        place = place_of(report.file, _own(token))
     report.add("E0101", place, message)
 
 

@@ -103,7 +103,7 @@ def _idle(transition: Transition) -> str:
         case Held(condition):
             return f"`{expression_text(condition)}` does not hold"
         case _:
-            return "nothing that is active now makes it fire"
+            return "no active state can make it fire"
 
 
 _Line = tuple[str, Sequence[str], Mapping[str, str], float]

@@ -9,14 +9,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from lark import Token
-
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.semantics.values import Declared
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.dsl.syntax.sources import read_text
+from hsm.dsl.syntax.tokens import Token
 from hsm.engine.occurrences import event_text
 from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
@@ -152,7 +151,7 @@ def parse_assignment(text: str, model: Model, library: Library, file: str = "<te
     settings = [part for line in read_lines(f"    given {text}", report) if line.kind == "given" for part in line.parts]
     found = [one for one in map(reader.assignment, settings) if one is not None]
     if not report.found and len(found) != 1:
-        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one variable a value")
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not set one variable")
     if report.found:
         raise MachineError(report.found)
     return found[0]
@@ -169,7 +168,7 @@ def parse_signal(text: str, model: Model, library: Library, file: str = "<text>"
     lines = [line for line in read_lines(f"    when {text}", report) if line.kind == "step"]
     signals = [found for line in lines for found in reader.stimulus(line).signals.items()]
     if not report.found and len(signals) != 1:
-        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one signal a value")
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not set one signal")
     if report.found:
         raise MachineError(report.found)
     return signals[0]
@@ -389,7 +388,7 @@ class _Reader:
         found.update({state: call.activity for state, call in calls.items()})
         activity = found.get(str(name))
         if activity is None and len(self.states.get(str(name), ())) == 1:
-            name = Token.new_borrow_pos("NAME", self.states[str(name)][0], name)
+            name = name.instead(self.states[str(name)][0])
             activity = found.get(str(name))
         if activity is None:
             hint = self.report.guess(name, found)

@@ -108,11 +108,11 @@ class ExpectationClause:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What is expected to hold now, or to come to hold.
+    """What is expected to hold now, or to become true.
 
     Attributes:
         claims: all of them.
-        within: seconds within which they come to hold together; None for now.
+        within: seconds within which they become true together; None for now.
         place: where it is written.
     """
 
@@ -123,14 +123,14 @@ class Expectation:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One test of a machine.
+    """A test of a machine.
 
     Attributes:
         name: its title.
-        parameters: the machine's parameters, in SI units, where they are not the defaults.
+        parameters: the machine's parameters that differ from the defaults, in SI units.
         given: signals before the start.
         steps: what happens and what is expected, in order.
-        place: where its title is written.
+        place: the place of its title.
         covers: the requirements that it covers, each with the place of its name.
     """
 

@@ -203,7 +203,7 @@ class Session:
         return self.do(f"after {rest:.10g} s") if rest > _SAME else self.moment
 
     def stop_when(self, condition: str | None) -> None:
-        """Stop waits where a condition comes to hold.
+        """Stop waits where a condition becomes true.
 
         Args:
             condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; or ``line 12`` for the
@@ -376,7 +376,7 @@ class Session:
         try:
             if isinstance(step, Expectation):
                 if unmet := await_claims(driver, step):
-                    raise SessionError(f"not so: {', '.join(one.text for one in unmet)}")
+                    raise SessionError(f"not true: {', '.join(one.text for one in unmet)}")
                 return text
             driver.perform(step)
         except _Break:

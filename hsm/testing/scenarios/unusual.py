@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from lark import Token
-
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.dsl.syntax.tokens import Token
 from hsm.model.expressions import Literal
 from hsm.model.types import UNITS, Quantity, Type
 

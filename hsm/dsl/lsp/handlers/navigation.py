@@ -77,7 +77,7 @@ def add(server: MachineServer) -> None:
 
 
 def _symbols_of(document: Document, query: str) -> list[types.SymbolInformation]:
-    """The declarations of a file whose names contain what is looked for."""
+    """The declarations of a file whose names contain what is searched for."""
     found: list[types.SymbolInformation] = []
     pending = [(one, "") for one in navigation.outline(document)]
     while pending:

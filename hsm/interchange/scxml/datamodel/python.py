@@ -199,7 +199,7 @@ class PythonLanguage(Language):
         if name == "is":
             negated = self.take("not")
             if not self.at("None", "True", "False"):
-                raise UnsupportedError("`is` with something else than None, True or False")
+                raise UnsupportedError("`is` with something other than None, True or False")
             return "is not" if negated else "is"
         return name
 

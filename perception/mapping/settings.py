@@ -18,7 +18,7 @@ Cell = Annotated[float, Field(ge=0.01, le=1, allow_inf_nan=False)]
 Step = Annotated[float, Field(ge=0.002, le=3.2, allow_inf_nan=False)]
 """An angle between directions that are tried one by one, rad."""
 Reach = Annotated[float, Field(ge=0.01, le=10, allow_inf_nan=False)]
-"""How far about the robot all cells are looked at, m."""
+"""A distance within which every cell about the robot counts, m."""
 Sight = Annotated[float, Field(ge=0.01, le=100, allow_inf_nan=False)]
 """How far readings are used, m."""
 

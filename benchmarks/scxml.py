@@ -61,10 +61,10 @@ def chart() -> str:
 def this_engine() -> tuple[Step, Callable[[], str]]:
     """A run of the chart, `step(time, events)`."""
     run = hsm.build(hsm.scxml.read_text(chart())).start()
-    times = count(1)
+    times = count(0.1, 0.1)
 
     def step(event: str) -> object:
-        return run.step(next(times) * 0.1, (event,))
+        return run.step(next(times), (event,))
 
     return step, lambda: max(run.configuration, key=len)
 

@@ -233,13 +233,7 @@ class Observer:
         graph, last = self.mapper.graph, len(self.truth) - 1
         if not last:
             return math.nan
-        paths = self.mapper.loops.paths.from_pose(graph, 0, 1.0)
-        while True:
-            try:
-                next(paths)
-            except StopIteration as end:
-                covariance = end.value[last].at(graph.poses[last])
-                break
+        covariance = self.mapper.certainties()[last]
         true = between(self.truth[0], self.truth[last])
         found = between(graph.poses[0], graph.poses[last])
         turn = math.remainder(found.heading - true.heading, math.tau)

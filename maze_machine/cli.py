@@ -6,9 +6,11 @@ completion in a shell answer at once. Errors of a command are reported by ``maze
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Annotated, Any
 
 import typer
@@ -131,5 +133,11 @@ def maze_machine(
 
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line.
+
+    A name of a file may have bytes that no encoding knows, and a terminal may lack a character of a table: both are
+    printed as escapes.
+    """
+    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")
     app()

@@ -118,7 +118,7 @@ _SUBCOMMANDS = (
         "list",
         WRITE,
         "list:listing",
-        "List the names that a machine may use, with types, units and documentation; or the codes of diagnostics.",
+        "List the names that a machine may use, with types, units and documentation; or machines, mazes and codes.",
     ),
     Subcommand(
         "lsp", WRITE, "lsp:lsp", "Serve an editor over standard input and output, by the Language Server Protocol."

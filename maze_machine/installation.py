@@ -11,6 +11,9 @@ from pathlib import Path
 PACKAGES = ("hsm", "skills", "perception", "machines", "transport", "sim")
 """All packages except this one, which is named after the project."""
 
+WITHOUT_SIMULATOR = tuple(one for one in PACKAGES if one != "sim")
+"""What a program needs that only drives a robot."""
+
 HOME = Path(__file__).resolve().parents[1]
 """The folder that all packages of this program are in."""
 

@@ -80,10 +80,10 @@ def _data(config: pytest.Config) -> Path:
 
 def _require_packages(*, simulator: bool = False) -> None:
     """Make sure that no package of the tested project hides one of ours that is needed from here on."""
-    from maze_machine.installation import PACKAGES, HiddenPackageError, require_packages
+    from maze_machine.installation import PACKAGES, WITHOUT_SIMULATOR, HiddenPackageError, require_packages
 
     try:
-        require_packages(one for one in PACKAGES if simulator or one != "sim")
+        require_packages(PACKAGES if simulator else WITHOUT_SIMULATOR)
     except HiddenPackageError as error:
         raise pytest.UsageError(str(error)) from None
 

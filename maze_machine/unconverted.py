@@ -8,6 +8,7 @@ leans on a private part of typer: where a parameter has none of that name, nothi
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import EnumMeta
 from typing import Any, get_args, get_origin
@@ -56,8 +57,9 @@ class _AsItIs:
             return () if param.multiple or param.nargs == -1 else None
         if self._is_of_type(value):
             return value
-        if isinstance(self.annotation, EnumMeta) and value in self.annotation.__members__.values():
-            return self.annotation(value)
+        if isinstance(self.annotation, EnumMeta):
+            with suppress(ValueError):
+                return self.annotation(value)
         setattr(param, _PRIVATE, None)
         conversion = param.get_runtime_param()
         setattr(param, _PRIVATE, self)

@@ -61,17 +61,22 @@ def rules() -> list[Rule]:
     ]
 
 
+def kind_of(path: Path) -> str:
+    """The suffix of a file; of a template, that of the file that it becomes."""
+    return path.name.removesuffix(".in").rpartition(".")[2]
+
+
 def prose(path: Path) -> Iterator[tuple[int, str]]:
     """The passages of a file that people read, each with the number of its first line."""
-    text = path.read_text(encoding="utf-8")
-    if path.suffix == ".py":
+    text, kind = path.read_text(encoding="utf-8"), kind_of(path)
+    if kind == "py":
         for token in tokenize.generate_tokens(io.StringIO(text).readline):
             if token.type in TEXTS and " " in token.string:  # a single word is a key or a name
                 yield token.start[0], token.string
-    elif path.suffix == ".md":
+    elif kind == "md":
         yield 1, FENCE.sub(lambda fence: "\n" * fence[0].count("\n"), text)
     else:
-        listed = SHOWN if path.suffix == ".html" else COMMENT
+        listed = SHOWN if kind == "html" else COMMENT
         text = SCRIPT.sub(lambda script: "\n" * script[0].count("\n"), text)
         yield from ((text.count("\n", 0, one.start()) + 1, one[0]) for one in listed.finditer(text))
 
@@ -88,7 +93,7 @@ def problems(path: Path, listed: list[Rule]) -> Iterator[tuple[int, str, Rule]]:
 def tracked() -> list[Path]:
     """The files under version control that the rules are for."""
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    paths = (ROOT / name for name in names.split("\0") if name.rpartition(".")[2] in KINDS)
+    paths = (path for name in names.split("\0") if kind_of(path := ROOT / name) in KINDS)
     inside = (path for path in paths if path.parent == ROOT or path.relative_to(ROOT).parts[0] in (*FOLDERS, "scripts"))
     return [path for path in inside if path.is_file() and path.name != "prose.toml"]
 

@@ -6,7 +6,7 @@ import os
 import secrets
 import socket
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 from transport.bus import Bus
 from transport.clock import Clock, MonotonicClock
@@ -43,11 +43,8 @@ def listening(endpoint: str, *, security: Mapping[str, object] | None = None) ->
         EndpointError: the endpoint is malformed.
         LinkError: it is taken.
     """
-    bus = ZenohBus(session_settings("peer", listen=endpoint, security=security))
-    try:
+    with closing(ZenohBus(session_settings("peer", listen=endpoint, security=security))) as bus:
         yield bus
-    finally:
-        bus.close()
 
 
 @contextmanager
@@ -62,11 +59,8 @@ def routing(endpoint: str, *, security: Mapping[str, object] | None = None) -> I
         EndpointError: the endpoint is malformed.
         LinkError: it is taken.
     """
-    bus = ZenohBus(session_settings("router", listen=endpoint, security=security))
-    try:
+    with closing(ZenohBus(session_settings("router", listen=endpoint, security=security))):
         yield
-    finally:
-        bus.close()
 
 
 @contextmanager

@@ -6,15 +6,20 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 
+from transport.arithmetic import norm
 from transport.clock import Clock, MonotonicClock, Pace
 from transport.description import RobotDescription
 from transport.driver import RobotDriver
-from transport.messages import Command, LinkStatus, Observation
+from transport.messages import STOP, Command, LinkStatus, Observation, Odometry, wrap_angle
 from transport.robot import LinkError
 from transport.senses import Senses
 from transport.settings import LinkSettings
 from transport.timeline import Timeline
 
+HALT = 3.0
+"""How long a robot is watched until it is at rest, s."""
+SLOW, SLOW_TURN = 0.02, 0.05
+"""A robot that is not faster is at rest, m/s and rad/s: the noise of odometry."""
 _FIRST = 0.02
 """The interval of checks for the first data, s."""
 
@@ -105,6 +110,21 @@ class RealtimeRobot:
         """Send a command in answer to the last observation; never waits."""
         self._driver.drive(replace(command, answers=self._answers))
 
+    def halt(self) -> bool:
+        """Keep the robot stopped until its odometry shows it at rest; whether it did so within ``HALT`` seconds."""
+        deadline, before = self._clock.now() + HALT, None
+        while self._clock.now() < deadline:
+            self.command(Command(STOP))
+            self._pace.wait()
+            sensed = self._driver.sense()
+            self._senses.take(sensed, self._clock.now())
+            if sensed.odometry is None or self._senses.refused:
+                continue
+            if before is not None and _rests(before, sensed.odometry):
+                return True
+            before = sensed.odometry
+        return False
+
     def close(self) -> None:
         """Stop the robot and release it; a second call does nothing."""
         self._driver.close()
@@ -135,3 +155,14 @@ class RealtimeRobot:
         self.reconnects += self._stale and not stale
         self._stale = stale
         return LinkStatus(*ages, self.reconnects, self._driver.stopped, self._senses.refused)
+
+
+def _rests(before: Odometry, now: Odometry) -> bool:
+    """Whether a robot was at rest between two odometries, by the velocities that they report and by the poses."""
+    seconds = (now.stamp - before.stamp) / 1e9
+    if seconds <= 0.0:
+        return False
+    moved = norm(now.x - before.x, now.y - before.y)
+    turned = abs(wrap_angle(now.pose.heading - before.pose.heading))
+    slow = max(before.twist.speed, now.twist.speed, moved / seconds) <= SLOW
+    return slow and max(abs(before.twist.turn), abs(now.twist.turn), turned / seconds) <= SLOW_TURN

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from transport.messages import Command, Observation
 
@@ -40,4 +40,13 @@ class Robot(Protocol):
 
     def close(self) -> None:
         """Stop the robot and release it; a second call does nothing."""
+        ...
+
+
+@runtime_checkable
+class Halting(Protocol):
+    """A robot that moves on by itself, and can be watched until it is at rest."""
+
+    def halt(self) -> bool:
+        """Keep it stopped until its odometry shows it at rest; whether it did so within a time limit."""
         ...

@@ -1,4 +1,6 @@
-"""Shows a library of your own: the signals, activities and actions of a plant pot that waters itself.
+"""Shows a library of your own: the signals and activities of a plant pot that waters itself.
+
+The facts are one number, the moisture of the soil: 0 is dry and 1 is wet. An effect is the opening of the valve.
 
 $ maze-machine check pot.maze-machine --library plant_pot:LIBRARY
 > no problems found
@@ -7,25 +9,15 @@ $ python plant_pot.py
 > moisture 1.0 at 7 s: resting
 """
 
-from dataclasses import dataclass
-
 import hsm
 
-
-@dataclass(frozen=True)
-class Facts:
-    """The facts of the pot: moisture of the soil, 0 is dry and 1 is wet."""
-
-    moisture: float
-
-
-LIBRARY: hsm.Library[Facts, float] = hsm.Library("pot")
+LIBRARY: hsm.Library[float, float] = hsm.Library("pot")
 
 
 @LIBRARY.signal("moisture")
-def moisture(facts: Facts) -> float:
-    """Moisture of the soil, 0 is dry and 1 is wet."""
-    return facts.moisture
+def moisture(facts: float) -> float:
+    """Moisture of the soil."""
+    return facts
 
 
 @LIBRARY.activity("pump", outcomes=("done",), holds=("valve",))
@@ -35,17 +27,17 @@ class Pump:
     def __init__(self, ticks: int = 3) -> None:
         self.left = ticks
 
-    def tick(self, _facts: Facts) -> float | hsm.Outcome:
+    def tick(self, _facts: float) -> float | hsm.Outcome:
         """Return the opening of the valve, 0 to 1."""
         self.left -= 1
         return 1.0 if self.left >= 0 else hsm.Outcome("done")
 
 
 if __name__ == "__main__":
-    run = hsm.load("pot.maze-machine", LIBRARY).start(facts=Facts(1.0))
     level = 1.0
+    run = hsm.load("pot.maze-machine", LIBRARY).start(facts=level)
     for second in range(1, 9):
-        step = run.step(float(second), facts=Facts(level))
+        step = run.step(float(second), facts=level)
         if step:
             print(f"moisture {level:.1f} at {second} s: {', '.join(run.configuration)}")
-        level += sum(0.6 * opening for _, opening in run.act(Facts(level))) - 0.3
+        level += sum(0.6 * opening for _, opening in run.act(level)) - 0.3

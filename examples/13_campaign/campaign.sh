@@ -1,6 +1,6 @@
 #!/bin/sh
 # Shows a campaign: two machines, one maze, two seeds, on all cores of this computer; then the same runs on a
-# dask.distributed cluster (here of one worker; `pip install "maze-machine[cluster]"`). The results are the same bytes.
+# dask.distributed cluster (here of one worker; `pip install "maze-machine[cluster]"`). The results are the same, byte for byte.
 #
 # $ sh campaign.sh
 # > 100.0%

@@ -1,7 +1,4 @@
-"""Shows two robots that take turns: the follower's machine gets the event `go` once the leader is on its way.
-
-Each robot has a controller process of its own. The leader's knows where the follower's machine is open, and hands it
-over Zenoh what its machine sends.
+"""Shows two robots that take turns, each with its own controller process, connected over Zenoh.
 
 $ python two_robots.py
 > leader: leader in straight, seed 0: out of the maze
@@ -10,7 +7,6 @@ $ python two_robots.py
 
 import os
 import subprocess
-from pathlib import Path
 
 FOLLOWER = "tcp/127.0.0.1:" + os.environ.get("FOLLOWER_PORT", "7482")
 OPTIONS = "--maze ../straight.maze --speed 8 --simulate rules.still_limit=600 --no-picture"
@@ -18,8 +14,7 @@ OPTIONS = "--maze ../straight.maze --speed 8 --simulate rules.still_limit=600 --
 
 def run(robot: str, option: str) -> subprocess.Popen[str]:
     """Start the controller of one robot."""
-    Path(f"{robot}.toml").write_text(f'[robot]\nname = "{robot}"\n')
-    command = f"maze-machine run {robot}.maze-machine --robot {robot}.toml {OPTIONS} {option}"
+    command = f"maze-machine run {robot}.maze-machine --set robot.name={robot} {OPTIONS} {option}"
     return subprocess.Popen(command.split(), stdout=subprocess.PIPE, text=True)
 
 

@@ -100,8 +100,10 @@ class Looked(NamedTuple):
 class Grower(Protocol):
     """Makes the trees of a machine, and knows its signals."""
 
-    def grow(self, leaf: Leaf, event: OutsideInput | None) -> Look:
+    def grow(self, leaf: Leaf, event: OutsideInput | None) -> Look | Leaf:
         """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
+
+        For an event, it may be the leaf instead at which the look always ends.
 
         Raises:
             SlowPath: events are not looked for in this way.
@@ -125,9 +127,13 @@ class Leaf:
         go: the rest of a look that was cut, or else the next look for conditions; None where the step is over.
         found: the leaf as what is found, where it carries no values.
         events: the next look for each event that has one.
+        sure: where the next look ends for each event that needs none, as no guard has to be decided.
     """
 
-    __slots__ = ("_visits", "after", "events", "found", "go", "grower", "grown", "known", "looked", "move", "rest")
+    __slots__ = (
+        *("_visits", "after", "events", "found", "go", "grower", "grown"),
+        *("known", "looked", "move", "rest", "sure"),
+    )
 
     def __init__(
         self,
@@ -149,8 +155,9 @@ class Leaf:
         self.move = move
         self.rest = rest
         self.found: Found = (self,)
-        self.go: Look | None = self.advance
+        self.go: Look | None = None if self._is_over() else self.advance
         self.events: dict[OutsideInput, Look] = {}
+        self.sure: dict[OutsideInput, Leaf] = {}
 
     @property
     def plans(self) -> Iterator[Plan]:
@@ -159,7 +166,12 @@ class Leaf:
 
     def advance(self, facts: Any, values: Sequence[Any], found: Found) -> Found:
         """Make the continuation from here, and continue."""
-        self.go = go = self.grow(None)
+        go = self.grow(None)
+        if go is self:
+            self.go = None
+            return found
+        assert not isinstance(go, Leaf), "only a leaf of an event is sure"
+        self.go = go
         return go(facts, values, found)
 
     def event(self, event: OutsideInput) -> Look:
@@ -168,11 +180,19 @@ class Leaf:
         Raises:
             SlowPath: there is none yet.
         """
-        look = self.events[event] = self.grow(event)
+        look = self.grow(event)
+        if isinstance(look, Leaf):
+            self.sure[event] = end = look
+            return lambda _facts, _values, _found: end.found
+        self.events[event] = look
         return look
 
-    def grow(self, event: OutsideInput | None) -> Look:
-        """The next look, once the leaf is warm.
+    def _is_over(self) -> bool:
+        """Whether nothing is left to look for but events: the active states have no conditions."""
+        return self.after.when is None and self.move is None and self.rest is None
+
+    def grow(self, event: OutsideInput | None) -> Look | Leaf:
+        """The next look, once the leaf is warm; a leaf where it always ends there, which may be this one.
 
         Raises:
             SlowPath: it is not, or what was picked does more than move.
@@ -188,7 +208,7 @@ class Leaf:
             self.looked = (*self.looked, Looked(trigger, self.after, plan))
             self.after = plan.target
             self.move = None
-        return self.grower.grow(self, event)
+        return self if event is None and self._is_over() else self.grower.grow(self, event)
 
     def memo(self, found: Found, values: Sequence[Any]) -> dict[Any, Any]:
         """The signals evaluated on the way, by key.

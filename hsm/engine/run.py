@@ -162,9 +162,13 @@ class Supervisor(Generic[F, E]):
             if not self._time <= time < self._wake:
                 raise SlowPath
             if events:
-                if events.__class__ is not list and events.__class__ is not tuple:
+                if events.__class__ is not tuple and events.__class__ is not list:
                     raise SlowPath
                 for event in events:
+                    following = leaf.sure.get(event)
+                    if following is not None:
+                        leaf, found = following, following.found
+                        continue
                     look = leaf.events.get(event)
                     found = (leaf.event(event) if look is None else look)(facts, values, found)
                     leaf = found[0]

@@ -75,8 +75,11 @@ class Trees:
         self._calls: dict[int, SignalValue] = {}
         self._carries = bool(generator.model.event_data)
 
-    def grow(self, leaf: Leaf, event: OutsideInput | None) -> Look:
+    def grow(self, leaf: Leaf, event: OutsideInput | None) -> Look | Leaf:
         """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
+
+        Returns:
+            The look; for an event, the leaf where it ends if no guard has to be decided and no signal is carried on.
 
         Raises:
             SlowPath: the event is none that the machine knows, or events carry something, which is among the
@@ -131,12 +134,20 @@ class _Growth:
         selector = configuration.when if event is None else configuration.on(event)
         self._chains = () if selector is None else tuple(chain.candidates for chain in selector.chains)
 
-    def whole(self, leaf: Leaf) -> Look:
-        """The look from its beginning."""
-        return self._function(self._from(0, 0), replace(leaf.known, picked=()))
+    def whole(self, leaf: Leaf) -> Look | Leaf:
+        """The look from its beginning; for an event, the leaf where it ends if it ends only there, without values."""
+        function = _Function()
+        known = replace(leaf.known, picked=())
+        look = self._written(function, self._from(0, 0), known)
+        if self._event is not None and not function.conditions and not known.carried:
+            (only,) = function.ends
+            return only if isinstance(only, Leaf) else _leaf_of(only)
+        return look
 
     def _function(self, body: _Rest, known: Known) -> Look:
-        function = _Function()
+        return self._written(_Function(), body, known)
+
+    def _written(self, function: _Function, body: _Rest, known: Known) -> Look:
         function.add(1, "def look(f, v, found):")
         if known.carried:
             function.add(2, f"_, {', '.join(f's{slot}' for slot in known.carried)} = found")
@@ -279,6 +290,11 @@ class _Growth:
     def _ask(self, call: SignalValue) -> str:
         arguments = "".join(f", {operation_code(one, partial(self._operand, Known()))}" for one in call.arguments)
         return f"{self._generator.named(call.signal.function)}(f{arguments})"
+
+
+def _leaf_of(found: Found) -> Leaf:
+    leaf: Leaf = found[0]
+    return leaf
 
 
 def _picking(index: int, rest: _Rest) -> _Rest:

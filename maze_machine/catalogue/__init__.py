@@ -1,5 +1,5 @@
 """Machines, libraries and robot profiles, found by name or by file."""
 
-from maze_machine.installation import PACKAGES, require_packages
+from maze_machine.installation import WITHOUT_SIMULATOR, require_packages
 
-require_packages(one for one in PACKAGES if one != "sim")  # programs begin here, without the command line
+require_packages(WITHOUT_SIMULATOR)  # programs begin here, without the command line

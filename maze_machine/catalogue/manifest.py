@@ -47,7 +47,7 @@ class ImportedName:
 
     @property
     def __wrapped__(self) -> Any:
-        """The object itself; ``inspect.unwrap`` finds it, so that an editor can show it."""
+        """The object itself, which an editor shows."""
         found: Any = import_module(self.module)
         for part in self.name.split("."):
             found = getattr(found, part)

@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 
 
 class Subject(StrEnum):
-    """What can be listed."""
+    """What can be listed; one of them may be named for all, such as ``signal``."""
 
     MACHINES = "machines"
+    MAZES = "mazes"
     SIGNALS = "signals"
     ACTIVITIES = "activities"
     ACTIONS = "actions"
@@ -28,13 +29,18 @@ class Subject(StrEnum):
     UNITS = "units"
     CODES = "codes"
 
+    @classmethod
+    def _missing_(cls, value: object) -> Subject | None:
+        plural = f"{value}s" if value != "activity" else "activities"
+        return next((one for one in cls if one.value == plural), None)
+
 
 def listing(
     subject: Annotated[Subject, typer.Argument(help="What to list.")],
     json: JsonOption = False,
     library: LibraryOption = None,
 ) -> None:
-    """List the names that a machine may use, with types, units and documentation; or the codes of diagnostics.
+    """List the names that a machine may use, with types, units and documentation; or machines, mazes and codes.
 
     Example: `maze-machine list signals`
 
@@ -61,6 +67,8 @@ def _rows(subject: Subject, library: str | None) -> Iterable[dict[str, str]]:
     match subject:
         case Subject.MACHINES:
             return _machines()
+        case Subject.MAZES:
+            return _mazes()
         case Subject.UNITS:
             return (
                 {"name": one.name, "type": str(one.quantity), "SI": f"{one.factor:.6g} {one.quantity.si_unit}"}
@@ -116,6 +124,12 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
     for name, enumeration in library.enumerations.items():
         values = ", ".join(member.value for member in enumeration)
         yield {"name": name, "values": values, "about": first_line(enumeration.__doc__ or "")}
+
+
+def _mazes() -> Iterable[dict[str, str]]:
+    from sim.shipped import shipped_mazes
+
+    return ({"name": name, "file": path.name} for name, path in shipped_mazes().items())
 
 
 def _machines() -> Iterable[dict[str, str]]:

@@ -55,7 +55,6 @@ def show(
 
     from maze_machine.arguments.files import PICTURES, check_outputs, check_suffix
     from perception.map_document import read_map
-    from perception.mapping.uncertainty import certainties
     from perception.saved_map import start_of, world_of
     from perception.settings import PerceptionSettings
 
@@ -68,7 +67,7 @@ def show(
     world = world_of(document, PerceptionSettings(), start_of(document))
     surveyor = world.surveyor
     assert surveyor is not None, "a saved map has keyframes"
-    known = certainties(surveyor.mapper.graph, surveyor.mapper.loops.paths)
+    known = surveyor.mapper.certainties()
     told = facts_of(document, known)
     if json:
         print(dumps({"map": str(file), **told, **({} if drawn is None else {"picture": str(drawn)})}))

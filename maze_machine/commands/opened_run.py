@@ -117,7 +117,12 @@ def _on_page(
         announce(page)
         print("the run begins when a browser shows the page; Ctrl-C cancels it", file=sys.stderr, flush=True)
         page.seen.wait()
-        yield ShownRun(page.publish, page.end)
+        try:
+            yield ShownRun(page.publish, page.end)
+        except Exception as error:  # the page says it, too; a world that waits for its controller is at rest
+            page.end({"line": str(error), "solved": False, "at_rest": operated.pausable})
+            linger(page)
+            raise
         linger(page)
 
 

@@ -32,13 +32,16 @@ SILENCE = 10.0
 
 def view(
     source: Annotated[
-        str,
+        str | None,
         typer.Argument(
             metavar="RECORDING|ENDPOINT",
-            help="A recording (MCAP, or a rosbag2 folder or database), or where a running machine listens: the "
-            "ENDPOINT of its `run --open`.",
+            help="A recording (MCAP, or a rosbag2 folder or database), or the same as `--connect ENDPOINT`.",
         ),
-    ],
+    ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(metavar="ENDPOINT", help="The endpoint where the running machine listens: its `run --open`."),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
     ] = None,
@@ -67,14 +70,16 @@ def view(
 
     Example: `maze-machine view rosbag2_2026_11_27 --robot my.toml`
 
-    Example: `maze-machine view tcp/127.0.0.1:7448`
+    Example: `maze-machine view --connect tcp/127.0.0.1:7448`
     """
     from maze_machine.catalogue.project import default_robot
 
-    if source.partition("/")[0] in SCHEMES and not Path(source).exists():
+    if (source is None) == (connect is None):
+        raise UsageError("give one of them", "a recording, or --connect with the endpoint of a running machine")
+    if source is None or (source.partition("/")[0] in SCHEMES and not Path(source).exists()):
         if output is not None or foxglove is not None:
             raise UsageError("-o and --foxglove need a recording", "record one with `maze-machine run --record FILE`")
-        view_remote(source, default_robot(robot), identity, host, port)
+        view_remote(str(connect or source), default_robot(robot), identity, host, port)
         return
     from json import dumps
 
@@ -150,7 +155,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
             announce(page)
             ending = {
                 "line": "the machine no longer answers: the run has ended, or the connection is lost",
-                "stands": False,
+                "solved": False,
             }
             shown, foreign = None, None
             try:
@@ -160,7 +165,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
                         page.publish(partial(dict, step))
                     shown = step["tick"]
                     if "ended" in step:
-                        ending = {**step["ended"], "stands": True}
+                        ending = step["ended"]
                         break
             except ForeignMessageError as error:
                 foreign, ending = error, {**ending, "line": str(error)}

@@ -24,7 +24,7 @@ from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
 from transport.messages import Command, Pose
-from transport.robot import Robot
+from transport.robot import Halting, Robot
 from transport.world import Refereed
 
 TickWatcher = Callable[[Tick], object]
@@ -75,6 +75,7 @@ class Ending:
         violations: properties of the machine that did not hold, in words, with time and place.
         broken: its assumptions that did not hold, likewise: no proof speaks of the run from there on.
         unread: why the referee's verdict cannot be read, if it cannot.
+        at_rest: whether the robot was seen at rest at the end; a world that waits for its controller is.
     """
 
     outcome: str | None
@@ -88,6 +89,7 @@ class Ending:
     violations: tuple[str, ...] = ()
     unread: str = ""
     broken: tuple[str, ...] = ()
+    at_rest: bool = True
 
     @property
     def solved(self) -> bool:
@@ -99,7 +101,8 @@ class Ending:
         ended = f"ended in {self.outcome}" if self.outcome else self.reason
         words = str(self.report["line"]) if "line" in self.report else ended
         lines = [words, self.reason, *self.broken, *self.violations]
-        return {"line": words, "solved": self.solved, "lines": lines, "outcome": self.outcome}
+        told = {"line": words, "reason": self.reason, "lines": lines}
+        return {**told, "solved": self.solved, "outcome": self.outcome, "at_rest": self.at_rest}
 
 
 def prepare(
@@ -212,6 +215,7 @@ def drive(
             if limited:
                 reason = f"the time limit of {mission.time_limit:g} s was reached"
                 break
+        at_rest = not isinstance(robot, Halting) or robot.halt()
         report, unread = read_verdict({} if referee is None else referee.report())
     assert first is not None
     assert last is not None
@@ -229,6 +233,7 @@ def drive(
         tuple(str(one) for one in violations if not one.assumed),
         unread,
         tuple(str(one) for one in violations if one.assumed),
+        at_rest,
     )
     for watch in watchers:
         if isinstance(watch, EndWatcher):

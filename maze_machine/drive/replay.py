@@ -87,7 +87,7 @@ class Keeper:
 
 def fired(tick: Tick) -> list[str]:
     """Each transition that fired in a tick, as text: its states, and the values of its conditions."""
-    taken = (one for one in tick.report.verdicts if one.verdict is Verdict.TAKEN)
+    taken = (one for one in tick.report.step.considered if one.verdict is Verdict.TAKEN)
     seen = (", ".join(f"{text} = {value_text(value)}" for text, value in one.values) for one in taken)
     lines = zip(tick.report.taken, [*seen, *[""] * len(tick.report.taken)], strict=False)
     return [f"{transition}{': ' if values else ''}{values}" for transition, values in lines]

@@ -65,7 +65,7 @@ class RemoteMachine:
             NoMachineError: no machine answers.
             ForeignMessageError: the answer is not of the published form.
         """
-        return read_why(self._asked(self._keys.why, state.encode()))
+        return read_why(self._asked(self._keys.why, state.encode(errors="replace")))
 
     def sights(self) -> dict[str, Any]:
         """What perception found in the newest tick; empty where the machine does not say, or not validly."""

@@ -110,6 +110,8 @@ class _Ended(TypedDict):
     solved: bool
     lines: list[str]
     outcome: str | None
+    reason: NotRequired[str]
+    at_rest: NotRequired[bool]
 
 
 class PublishedTick(TickJson, total=False):

@@ -10,7 +10,6 @@ from maze_machine.view.run_figure import SeenMap, Spread
 from perception.mapping.frames import compose, placed
 from perception.mapping.information import Symmetric
 from perception.mapping.surveyor import Surveyor
-from perception.mapping.uncertainty import certainties
 from transport.messages import Pose
 
 SPREADS = 40
@@ -31,7 +30,7 @@ def drawn_map(surveyor: Surveyor, frame: Pose, known: Sequence[Symmetric] | None
     poses = [compose(frame, surveyor.keyframe(number)) for number in range(len(clouds))]
     points = np.concatenate([placed(cloud.points, pose) for cloud, pose in zip(clouds, poses, strict=True)], axis=1)
     if known is None:
-        known = certainties(surveyor.mapper.graph, surveyor.mapper.loops.paths)
+        known = surveyor.mapper.certainties()
     turn = frame.heading + surveyor.start.heading
     spreads = [
         Spread(poses[number].x, poses[number].y, *known[number].turned(turn).ellipse)

@@ -50,6 +50,7 @@ class Result:
             "longest_tick": ending.longest_tick,
             "verdict": dict(ending.report) or None,
             "attempts": readable(self.attempts),
+            "at_rest": ending.at_rest,
             "violations": list(ending.violations),
             "broken": list(ending.broken),
             "link": dict(self.link),
@@ -81,6 +82,8 @@ class Result:
                 "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",
                 "doors opened": ", ".join(report["doors_opened"]) or "none",
             }
+        if not self.ending.at_rest:
+            told["base"] = "it is not confirmed that it has stopped"
         if self.ending.unread:
             told["verdict"] = f"cannot be read: {self.ending.unread}"
         if self.link.get("overruns"):

@@ -139,7 +139,9 @@ class RunTerminal(App[None]):
 
     def _status(self, tick: Tick | None) -> str:
         if self._shown.ending is not None:
-            return "\n".join([*self._shown.ending.as_json()["lines"], "The base has stopped. q leaves."])
+            ending = self._shown.ending
+            base = "The base has stopped." if ending.at_rest else "It is not confirmed that the base has stopped."
+            return "\n".join([*ending.as_json()["lines"], f"{base} q leaves."])
         if self._said:
             return self._said
         if tick is None:

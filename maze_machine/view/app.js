@@ -121,14 +121,15 @@ const app = (() => {
     f: () => { element("follow").checked = !element("follow").checked; dirty(); }, "+": () => plan.closer(1.3), "-": () => plan.closer(1 / 1.3),
     0: () => plan.fit(), ".": () => (head.trial ? trial.tick() : controls.step()),
   };
+  const SHIFTS = { ArrowLeft: [40, 0], ArrowRight: [-40, 0], ArrowUp: [0, 40], ArrowDown: [0, -40] };
+  const ZOOMS = { "+": () => machine.closer(1.3), "-": () => machine.closer(1 / 1.3), 0: () => machine.centre() };  // with the focus on it
   function key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = event.target, typing = target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
     if (typing || (event.key === " " && target.matches("button, input, a, [role=button]"))) return;
-    if (target === element("scene") && event.shiftKey && event.key.startsWith("Arrow")) {
-      const [dx, dy] = { ArrowLeft: [40, 0], ArrowRight: [-40, 0], ArrowUp: [0, 40], ArrowDown: [0, -40] }[event.key];
-      plan.shift(dx, dy); event.preventDefault(); return;
-    }
+    const pane = target.closest("#drawing") ? machine : target === element("scene") ? plan : null;
+    if (pane && event.shiftKey && SHIFTS[event.key]) { pane.shift(...SHIFTS[event.key]); event.preventDefault(); return; }
+    if (pane === machine && ZOOMS[event.key]) { ZOOMS[event.key](); event.preventDefault(); return; }
     if (target.closest(".scroll") && ["Home", "End"].includes(event.key)) return;
     const act = KEYS[event.key];
     if (act) { event.preventDefault(); act(event.shiftKey); }

@@ -2,6 +2,7 @@
 const controls = (() => {
   let socket = null, waiting = [], over = false, stopping = false, held = false;
   const WAITING = "Waiting for the first tick";
+  const UNCONFIRMED = "it is not confirmed that the base has stopped. Use the robot's own stop.";
   const status = (text, kind = "") => { const line = element("status"); line.textContent = text; line.className = kind; };
 
   function connect() {
@@ -17,7 +18,7 @@ const controls = (() => {
     socket.onclose = () => {
       waiting = [];
       if (over) return;
-      status(stopping ? "Connection lost: it is not confirmed that the base has stopped. Use the robot's own stop." : "Connection lost", "bad");
+      status(stopping ? `Connection lost: ${UNCONFIRMED}` : "Connection lost", "bad");
     };
     socket.onopen = () => trial.opened();
     status(WAITING);
@@ -38,8 +39,9 @@ const controls = (() => {
   function verdict(said) {
     over = true;
     for (const one of ["simulation", "sending", "adjusting", "stop"]) element(one).hidden = true;
-    const stopped = said.stands ? " The base has stopped." : "";
-    status(`${(said.line || "The run is over").replace(/[.]?$/, ".")}${stopped}`, said.solved === false ? "bad" : "good");
+    const line = said.line || "The run is over", reason = said.solved || !said.reason || line.includes(said.reason) ? "" : ` (${said.reason})`;
+    const base = !DATA.live ? "" : said.at_rest ? " The base has stopped." : ` I${UNCONFIRMED.slice(1)}`;
+    status(`${line.replace(/[.]?$/, "")}${reason}.${base}`, said.solved === false || base.includes("not") ? "bad" : "good");
     element("status").title = (said.lines || EMPTY).join("\n");
     app.over();
   }
@@ -59,7 +61,9 @@ const controls = (() => {
       element("stop").addEventListener("click", () => {
         stopping = true;
         status("Stopping: waiting until the base has stopped", "bad");
-        ask({ kind: "end" }, (done) => { if (done) element("stop").disabled = true; });
+        ask({ kind: "end" }, (done, { reason }) => {
+          if (done) element("stop").disabled = true; else status(`Not stopped, ${reason}: ${UNCONFIRMED}`, "bad");
+        });
       });
       hold(false);
       element("hold").addEventListener("click", () => ask({ kind: held ? "resume" : "pause" }, (done) => { if (done) hold(!held); }));

@@ -29,7 +29,10 @@ const store = {
     this.dropped += count;
   },
   clear() { this.frames = []; this.transitions = []; this.violations = []; this.start = undefined; this.restarts += 1; },
-  begin() { return this.frames.length ? this.frames[0].time : 0; },
+  begin() {  // when the run began, also where its first ticks were not received
+    const [first] = this.frames;
+    return first ? first.time - first.tick * head.period : 0;
+  },
   time(index) { return this.frames[index].time - this.origin(); },
   origin() { return this.start === undefined ? (this.start = this.begin()) : this.start; },
   index(seconds) {  // the last frame that is not after this many seconds of the run

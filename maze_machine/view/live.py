@@ -167,8 +167,8 @@ class LivePage:
         self._feed.publish(frame)
 
     def end(self, verdict: Frame) -> None:
-        """Show how the run has ended; the base has stopped by then."""
-        self._ending = {"end": {**verdict, "stands": True}}
+        """Show how the run has ended: ``line``, ``lines``, ``reason``, ``solved``; ``at_rest`` where the base is."""
+        self._ending = {"end": verdict}
 
     def wait_until_closed(self, grace: float) -> None:
         """Wait until no browser has shown the page for a while, s."""

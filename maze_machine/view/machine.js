@@ -133,6 +133,17 @@ const machine = (() => {
     d3.select(pane).call(zoom.transform, d3.zoomIdentity.translate(x, y).scale(scale));
   }
 
+  function closer(factor) { d3.select(pane).call(zoom.scaleBy, factor); }
+  function shift(dx, dy) { d3.select(pane).call(zoom.translateBy, dx / transform.k, dy / transform.k); }
+  pane.addEventListener("focusin", ({ target }) => {  // a state that is reached by keyboard comes into view
+    pane.scrollTo(0, 0);
+    if (!svg || !target.matches(":focus-visible") || target === pane) return;
+    const one = target.getBoundingClientRect(), box = pane.getBoundingClientRect(), margin = 8;
+    const into = (low, high, from, to) => low < from ? from - low + margin : high > to ? to - high - margin : 0;
+    const by = [into(one.left, one.right, box.left, box.right), into(one.top, one.bottom, box.top, box.bottom)];
+    if (by[0] || by[1]) shift(...by);
+  });
+
   function select(name) { opened = name; choice.value = name === null ? "*" : name; app.dirty(); }
 
   function show(frame, at) {
@@ -172,5 +183,5 @@ const machine = (() => {
     choice.addEventListener("change", () => { opened = choice.value === "*" ? null : choice.value; app.dirty(); });
     element("machine-fit").addEventListener("click", centre);
   } else element("machine").hidden = element("why").hidden = true;
-  return { show, byName, resized: () => { if (svg) centre(); }, lit: () => [...groups].filter(([, group]) => group.classList.contains("active")).map(([name]) => name) };
+  return { show, byName, closer, shift, centre, resized: () => { if (svg) centre(); }, lit: () => [...groups].filter(([, group]) => group.classList.contains("active")).map(([name]) => name) };
 })();

@@ -143,7 +143,6 @@ const plan = (() => {
       line.moveTo(...place(pose, x1, y1)); line.lineTo(...place(pose, x2, y2));
       stroke(line, COLOURS.door, 5, [8, 3]);
     }
-    if (sights.map) map(sights.map, pose, sights.pose);
     if (sights.minimap) minimap(sights.minimap, pose);
   }
 
@@ -196,6 +195,8 @@ const plan = (() => {
       pen.fillStyle = COLOURS.seen;
       pen.fill(cloudUpto(at));
     }
+    const sights = element("show-seen").checked ? frame.sights : null;
+    if (sights && sights.map) map(sights.map, sights.at, sights.pose);  // below the way, whose colours say more
     walk(at);
     for (const run of way.runs) { const style = styleOf(run.state); stroke(run.path, style.ink, 3, style.dash); }
     const run = way.runs[way.runs.length - 1];
@@ -205,7 +206,7 @@ const plan = (() => {
       const size = 4 / scale;
       for (const [x, y] of hits(frame)) pen.fillRect(x - size / 2, y - size / 2, size, size);
     }
-    if (frame.sights && element("show-seen").checked) perceived(frame.sights, frame.sights.at, scale);
+    if (sights) perceived(sights, sights.at, scale);
     pen.fillStyle = COLOURS.robot; pen.fill(outline(head.footprint, frame.at));
     stroke(outline(head.footprint, frame.at), COLOURS.paper, 1);
     const nose = new Path2D();

@@ -110,7 +110,7 @@ def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "", seen: 
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.set_title(title, fontsize=10, loc="left", wrap=True)
     with replacing(file) as written:
-        figure.savefig(written, format=file.suffix.removeprefix("."), bbox_inches="tight")
+        figure.savefig(written, format=file.suffix.removeprefix(".") or "png", bbox_inches="tight")
 
 
 def draw_scene(axes: Axes, scene: Scene) -> None:

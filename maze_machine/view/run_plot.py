@@ -62,7 +62,7 @@ def save_plot(file: Path, scene: Scene, trail: Trail, course: RunSeries, title: 
         axes.sharex(states)
         axes.tick_params(labelbottom=False)
     with replacing(file) as written:
-        figure.savefig(written, format=file.suffix.removeprefix("."), bbox_inches="tight")
+        figure.savefig(written, format=file.suffix.removeprefix(".") or "png", bbox_inches="tight")
 
 
 def _curves(speed: Axes, clearance: Axes, course: RunSeries) -> None:

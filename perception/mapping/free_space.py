@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
 from perception.sweep import Floats, Mask, ScanPoints
-from transport.arithmetic import cosines_and_sines, directions, distance_between, norms
+from transport.arithmetic import cosines_and_sines, directions, norms
 from transport.description import Point
 from transport.messages import Pose
 
@@ -144,17 +144,15 @@ class FreeSpace:
         return (max(low[0], 0), max(low[1], 0)), (min(high[0], columns - 1), min(high[1], rows - 1))
 
     def _disc(self, pose: Pose, radius: float) -> tuple[Cells, Cells]:
-        """The cells whose middles are within a radius of the robot."""
-        away = math.ceil(radius / self.settings.cell)
+        """The cells of the grid whose middles are within a radius of the robot."""
+        away, size = math.ceil(radius / self.settings.cell), self.settings.cell
         column, row = self.cell_of((pose.x, pose.y))
-        cells = [
-            (i, j)
-            for i in range(column - away, column + away + 1)
-            for j in range(row - away, row + away + 1)
-            if distance_between(self.middle((i, j)), (pose.x, pose.y)) <= radius
-        ]
-        columns, rows = np.array(cells, dtype=np.intp).reshape(-1, 2).T
-        return columns, rows
+        low = max(column - away, 0), max(row - away, 0)
+        high = min(column + away + 1, self.belief.shape[0]), min(row + away + 1, self.belief.shape[1])
+        x = (np.arange(low[0], high[0]) + (self.corner[0] + 0.5)) * size - pose.x
+        y = (np.arange(low[1], high[1]) + (self.corner[1] + 0.5)) * size - pose.y
+        columns, rows = (norms(x[:, None], y[None, :]) <= radius).nonzero()
+        return columns + low[0], rows + low[1]
 
     def _grow(self, sensor: Pose, reach: float) -> None:
         """Make the grid hold all that the scan may show."""

@@ -15,6 +15,7 @@ from perception.mapping.loops import Loops
 from perception.mapping.matching import Match, Reference, matched
 from perception.mapping.searching import BlurredWalls, Window, search
 from perception.mapping.settings import DriftSettings, MappingSettings
+from perception.mapping.uncertainty import certainties
 from transport.arithmetic import norm, square
 from transport.messages import Pose
 
@@ -178,6 +179,10 @@ class Mapper:
             if next(self._work[0], self) is self:
                 self._work.popleft()
             pieces -= 1
+
+    def certainties(self) -> list[Symmetric]:
+        """How well each keyframe is known as seen from the first one, with axes of the graph's frame."""
+        return certainties(self.graph, self.loops.paths, self.settings.track.recent)
 
     def finish(self) -> None:
         """Do all work that is left, and solve the graph."""

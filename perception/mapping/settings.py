@@ -7,18 +7,28 @@ from typing import Annotated
 
 from pydantic import Field
 
-from transport.section import Grows, Positive, Settings
+from transport.section import Grows, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=1000)]
+Positive = Annotated[float, Field(ge=1e-6, le=1000, allow_inf_nan=False)]
+"""A deviation, a gate, a factor: its square and its inverse are numbers."""
+Cell = Annotated[float, Field(ge=0.01, le=1, allow_inf_nan=False)]
+"""A width of cells, m; with smaller ones a map would not fit into memory."""
+Step = Annotated[float, Field(ge=0.002, le=3.2, allow_inf_nan=False)]
+"""An angle between directions that are tried one by one, rad."""
+Reach = Annotated[float, Field(ge=0.01, le=10, allow_inf_nan=False)]
+"""A distance within which every cell about the robot counts, m."""
+Sight = Annotated[float, Field(ge=0.01, le=100, allow_inf_nan=False)]
+"""How far readings are used, m."""
 
 
 class CloudSettings(Settings):
     """A scan as points with normals."""
 
-    spacing: Positive = 0.05
+    spacing: Cell = 0.05
     """Hits nearer to each other than this are averaged, m."""
-    reach: Positive = 25.0
+    reach: Sight = 25.0
     """Hits farther than this are left out, m: their place depends too much on the heading."""
     jump: Positive = 0.12
     """Neighbouring points farther apart than this are on two walls, m."""
@@ -39,11 +49,11 @@ class CloudSettings(Settings):
 class MatchSettings(Settings):
     """Matching a scan with what was seen before."""
 
-    reach: Positive = 0.3
+    reach: Reach = 0.3
     """Points farther than this from the map's walls are not matched at first, m."""
     closest: Positive = 0.1
     """And at the end, m."""
-    cell: Positive = 0.1
+    cell: Cell = 0.1
     """Points of the map in one cell of this width are one, m."""
     same_way: Share = 0.8
     """Least cosine of the angle between the normals of two matched points."""
@@ -73,13 +83,13 @@ class MatchSettings(Settings):
 class SearchSettings(Settings):
     """The wide search for where a scan fits."""
 
-    cell: Positive = 0.05
+    cell: Cell = 0.05
     """Width of a cell of the grid, m."""
-    blur: Positive = 0.07
+    blur: Cell = 0.07
     """Standard deviation of the points' places in the grid, m."""
     block: Count = 5
     """The coarse search goes in steps of this many cells."""
-    turn: Positive = math.radians(2.5)
+    turn: Step = math.radians(2.5)
     """Angle between two headings tried, rad."""
     points: Count = 90
     """Points of the scan that are tried, at most."""
@@ -149,11 +159,11 @@ class TrackSettings(Settings):
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
     new: Share = 0.15
     """And with a share that is smaller still no match is accepted; odometry alone is followed."""
-    across: Positive = 0.6
+    across: Reach = 0.6
     """Half the width of the wide search, m."""
-    around: Positive = 0.4
+    around: Reach = 0.4
     """And in heading, rad, where odometry has measured the step; where it has not, all headings are searched."""
-    blind_across: Positive = 1.0
+    blind_across: Reach = 1.0
     """And its half width, m, where odometry has not measured the step."""
 
 
@@ -164,9 +174,9 @@ class LoopSettings(Settings):
     """This many pieces of the work on loops are done in a tick."""
     gap: Count = 20
     """Keyframes fewer than this many apart make no loop."""
-    reach: Positive = 4.0
+    reach: Sight = 4.0
     """A keyframe nearer than this, m, may show the same place."""
-    most_reach: Positive = 5.0
+    most_reach: Sight = 5.0
     """This much is added to it, m, at most, where the pose is uncertain."""
     stretch: Count = 15
     """Of keyframes within this many of each other only the nearest is tried."""
@@ -176,9 +186,9 @@ class LoopSettings(Settings):
     """A scan is matched with the keyframe and this many before and after it."""
     near: Positive = 0.15
     """Deviation of the pose, m, up to which a match needs no wide search."""
-    most_across: Positive = 6.0
+    most_across: Reach = 6.0
     """Half the width of the wide search, m, at most."""
-    most_around: Positive = 0.8
+    most_around: Reach = 0.8
     """And in heading, rad, at most."""
     share: Share = 0.55
     """Share of the scan that must lie on known walls."""
@@ -209,11 +219,11 @@ class LoopSettings(Settings):
 class FreeSpaceSettings(Settings):
     """The grid of where the robot can drive."""
 
-    cell: Positive = 0.1
+    cell: Cell = 0.1
     """Width of a cell, m."""
-    reach: Positive = 10.0
+    reach: Sight = 10.0
     """How far to look, m."""
-    body: Positive = 0.35
+    body: Reach = 0.35
     """So far about its origin it is free, for the robot could turn there, m."""
     before: Positive = 0.1
     """The last part of a beam before its hit does not count as free, m."""
@@ -274,7 +284,7 @@ class PlaceSettings(Settings):
     """About this many hits of a scan are laid on the grid."""
     least_hits: Count = 20
     """With fewer a scan says nothing."""
-    direction: Positive = math.radians(5)
+    direction: Step = math.radians(5)
     """Hits within this angle are one direction, rad."""
     widest: Positive = math.radians(120)
     """A sector up to this wide may look otherwise than the map does, rad: a door has shut, or something has come."""

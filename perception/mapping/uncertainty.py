@@ -8,6 +8,7 @@ the moments of these errors summed up along the path, the covariance at any poin
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Generator
 from typing import NamedTuple
 
@@ -120,9 +121,18 @@ class Paths:
         return settled
 
 
-def certainties(graph: PoseGraph, paths: Paths) -> list[Symmetric]:
-    """The covariance of each pose as seen from the first one, with axes of the graph's frame."""
-    work = paths.from_pose(graph, 0, 1.0)
+def certainties(graph: PoseGraph, paths: Paths, shared: int) -> list[Symmetric]:
+    """The covariance of each pose as seen from the first one, with axes of the graph's frame.
+
+    The sum over a path is a bound: it takes all steps as independent. They are not, for each scan is matched with what
+    many keyframes before have shown, so their errors do not add up until the scans have no keyframe in common.
+
+    Args:
+        graph: the poses.
+        paths: its links.
+        shared: how many keyframes a scan is matched with.
+    """
+    work = paths.from_pose(graph, 0, 1.0 / math.sqrt(shared))
     while True:
         try:
             next(work)

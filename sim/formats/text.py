@@ -320,7 +320,7 @@ def goal_in(words: str) -> Goal:
 
 
 def _said(keyword: str, words: str) -> _Reader:
-    reader = _Reader(Source(Path(f"--{keyword}"), f"{keyword} {words}".encode()))
+    reader = _Reader(Source(Path(f"--{keyword}"), f"{keyword} {words}".encode(errors="replace")))
     reader.read_all()
     return reader
 

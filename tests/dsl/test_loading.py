@@ -2,9 +2,10 @@ from pathlib import Path
 
 import pytest
 
-from hsm.dsl import load_model, parse_model
+from hsm.dsl import check_file, load_model, parse_model
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import MachineError
+from hsm.model.registry import Library
 
 MACHINES = Path(__file__).parent / "machines"
 
@@ -60,3 +61,39 @@ def test_all_faults_are_told_at_once(library):
         ("E0201", 6),
         ("E0203", 7),
     ]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "kind", "advice"),
+    [
+        (
+            "x.scxml",
+            b'<?xml version="1.0"?>\n<scxml version="1.0"><state id="a"/></scxml>',
+            "SCXML",
+            "maze-machine import",
+        ),
+        ("x.txt", b"\xef\xbb\xbf\n<scxml/>", "SCXML", "maze-machine import"),
+        ("x.xml", b'<root BTCPP_format="4"><BehaviorTree ID="m"/></root>', "BehaviorTree.CPP", "maze-machine new"),
+        ("x.xml", b"<note/>", "XML", "SCXML"),
+        ("x.json", b'{"id": "m", "states": {"a": {}}}', "XState", "SCXML"),
+        ("x.json", b'[{"a": 1}]', "JSON", ".maze-machine"),
+        ("x.py", b"from transitions import Machine\n", "Python", "maze-machine new"),
+        ("x.mcap", b"\x89MCAP0\r\n", "MCAP", "replay"),
+        ("x.db3", b"SQLite format 3\x00", "SQLite", "replay"),
+        ("x.png", b"\x89PNG\r\n\x1a\n\x00", "PNG", "--maze"),
+    ],
+)
+def test_another_kind_of_file_is_named_once(name, content, kind, advice, tmp_path):
+    path = tmp_path / name
+    path.write_bytes(content)
+    (found,) = check_file(path, Library("none")).diagnostics
+    assert found.code == "E0107"
+    assert kind in found.message
+    assert advice in found.suggestion
+
+
+@pytest.mark.parametrize("text", ["{ state a", "machine m {\n}", "states = ['a']"])
+def test_a_text_that_may_be_a_machine_is_read_as_one(text, tmp_path, library):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(text)
+    assert all(one.code != "E0107" for one in check_file(path, library).diagnostics)

@@ -210,6 +210,25 @@ def test_a_machine_that_only_moves_leaves_the_full_way_once_it_is_warm(monkeypat
     assert run.coverage.transitions == {0: 20, 1: 20}
 
 
+def test_an_event_that_decides_no_guard_needs_no_function(monkeypatch):
+    monkeypatch.setattr(configuration, "WARM", 1)
+    declared = build(model(state("a", on("e", "b"), on("f", "b", guard=signal("a"))), state("b", on("e", "a"))))
+    run, slow = declared.start(), InFull.begin(declared, (), None, 0.0)
+    for time, events in enumerate([("e",), (), ("done",), ("f",), ("e", "e"), ("done", "e"), ("f", "done")] * 6, 1):
+        one, other = (made.step(float(time), events, Truth(a=True)) for made in (run, slow))
+        assert (one, one.considered, one.ignored) == (other, other.considered, other.ignored)
+        assert run.configuration == slow.configuration
+    assert run.coverage.to_json() == slow.coverage.to_json()
+    for time in range(101, 110):
+        run.step(float(time), ("e",))
+    assert run.configuration == {"a"}
+    begin = run._state.configuration.root
+    assert begin.go is None
+    assert {"e", "done"} <= begin.sure.keys()
+    assert begin.events.keys() == {"f"}
+    assert begin.sure["done"].go is None
+
+
 def test_guards_too_wide_for_trees_stay_on_the_full_way(monkeypatch):
     monkeypatch.setattr(configuration, "WARM", 0)
     monkeypatch.setattr(trees, "LARGEST", 2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 
@@ -14,7 +15,7 @@ from pymunk.autogeometry import convex_decomposition
 from typer.testing import CliRunner
 
 from maze_machine.catalogue.profile import Profile
-from maze_machine.cli import app
+from maze_machine.cli import app, main
 from transport.description import RobotDescription
 from transport.outline import outline_fault
 
@@ -66,6 +67,10 @@ def invoke(*arguments):
         ("link.connect=1e300", "at most"),
         ("perception.hough.step=1e-9", "at least"),
         ("perception.minimap.cell=1e-9", "at least"),
+        ("perception.mapping.match.cell=1e-300", "at least 0.01"),
+        ("perception.mapping.match.common=1e-300", "at least 1e-06"),
+        ("perception.mapping.free_space.body=1000000", "at most 10"),
+        ("perception.mapping.place.headings=1000000000", "at most 1000"),
     ],
 )
 def test_a_setting_that_makes_no_sense_is_refused_by_name(setting, words):
@@ -142,6 +147,34 @@ def test_what_is_piped_in_need_not_be_text():
     tried = CliRunner().invoke(app, ["simulate", "pledge"], input=b"\xff\xfe\n")
     assert tried.exit_code == 1
     assert "a line begins with given" in tried.stderr
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+def test_a_name_that_cannot_be_printed_is_shown_with_escapes(tmp_path, monkeypatch, encoding):
+    file = tmp_path / "\udcff\N{GREEK SMALL LETTER LAMDA}.maze-machine"
+    file.write_text("machine  m\ninitial a\nstate a\n")
+    printed = io.BytesIO()
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(printed, encoding, "strict"))
+    monkeypatch.setattr("sys.argv", ["maze-machine", "fmt", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert b"\\udcff" in printed.getvalue()
+    assert printed.getvalue().endswith(b".maze-machine: formatted\n")
+    assert file.read_text() == "machine m\ninitial a\nstate a\n"
+
+
+def test_a_place_in_a_maze_need_not_be_text():
+    ended = invoke("run", "pledge", "--start", "\udcff", "--no-picture")
+    assert ended.exit_code == 2
+    assert len(ended.stderr.splitlines()) == 1
+
+
+def test_a_picture_may_go_to_a_device():
+    ended = invoke("run", "pledge", "--maze", "corridor", "--time-limit", "0.3", "--picture", "/dev/full")
+    assert ended.exit_code == 3
+    assert "No space left on device" in ended.stderr
+    assert "still inside" in ended.stdout
 
 
 @pytest.mark.parametrize("command", ["check", "fmt", "import"])

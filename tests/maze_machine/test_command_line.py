@@ -65,7 +65,7 @@ def test_wrong_usage_ends_with_status_2(arguments):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["list", "signal"], "'signal' is not one of 'machines', 'signals'"),
+        (["list", "sensors"], "'sensors' is not one of 'machines', 'mazes'"),
         (["run", "pledge", "--seed", "x"], "must be a whole number, not 'x'"),
         (["run", "pledge", "--time-limit", "soon"], "must be a number, not 'soon'"),
         (["run", "pledge", "--attempts", "0"], "must be at least 1, not '0'"),
@@ -91,3 +91,25 @@ def test_a_shell_completes_commands_and_shipped_names(words, offered):
     environment = {"_MAZE_MACHINE_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
     shown = CliRunner().invoke(app, prog_name="maze-machine", env=environment).stdout
     assert set(shown.split()) == offered
+
+
+@pytest.mark.parametrize(("one", "all_of_them"), [("signal", "signals"), ("activity", "activities"), ("maze", "mazes")])
+def test_one_name_stands_for_all_in_a_list(one, all_of_them):
+    listed = CliRunner().invoke(app, ["list", one])
+    assert listed.exit_code == 0
+    assert listed.stdout == CliRunner().invoke(app, ["list", all_of_them]).stdout
+    assert len(listed.stdout.splitlines()) > 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "give one of them; a recording, or --connect"),
+        (["run.mcap", "--connect", "tcp/127.0.0.1:7448"], "give one of them; a recording, or --connect"),
+        (["--connect", "tcp/127.0.0.1:7448", "-o", "page.html"], "-o and --foxglove need a recording"),
+    ],
+)
+def test_a_view_is_of_a_recording_or_of_a_running_machine(arguments, message):
+    ended = CliRunner().invoke(app, ["view", *arguments])
+    assert ended.exit_code == 2
+    assert message in ended.stderr

@@ -104,8 +104,8 @@ def test_a_tick_of_another_form_is_refused_with_its_place(change, reason):
     [
         ({"machine": ""}, "`machine`"),
         ({"states": {}}, "`states`"),
-        ({"states": [{**STATE, "parent": "idle"}]}, "before the one around it"),
-        ({"states": [STATE, STATE]}, "there twice"),
+        ({"states": [{**STATE, "parent": "idle"}]}, "before the state around it"),
+        ({"states": [STATE, STATE]}, "listed twice"),
         ({"states": [{**STATE, "index": -1}]}, "`states.0.index`"),
         ({"transitions": [{**TRANSITION, "source": "nowhere"}]}, "not a state of it"),
         ({"transitions": [{**TRANSITION, "line": "4"}]}, "`transitions.0.line"),

@@ -16,7 +16,7 @@ from perception.mapping.graph import Link, PoseGraph
 from perception.mapping.information import Symmetric
 from perception.mapping.matching import Reference, matched
 from perception.mapping.searching import BlurredWalls, Window, search
-from perception.mapping.uncertainty import Paths
+from perception.mapping.uncertainty import Paths, certainties
 from perception.sweep import ScanPoints
 from tests.perception import carmen
 from tests.perception.scenes import PICO, cells, corridor, polyline, scan_of
@@ -203,6 +203,18 @@ def test_the_uncertainty_of_a_path_is_that_of_its_links():
         )
         expected += turn @ np.linalg.inv(rows(link.information)) @ turn.T
     assert np.allclose(rows(found[4].at(at)), expected)
+
+
+def test_scans_with_keyframes_in_common_do_not_err_independently():
+    graph, _ = ring(10, 4)
+    paths = Paths()
+    for link in (*graph.steps, *graph.loops):
+        paths.add(link)
+    bound = finished(paths.from_pose(graph, 0, 1.0))
+    first, *others = certainties(graph, paths, shared=15)
+    assert not any(first)
+    for number, found in enumerate(others, 1):
+        assert np.allclose(15 * rows(found), rows(bound[number].at(graph.poses[number])))
 
 
 def drive_round(lost_step=None, pieces=1000):

@@ -57,6 +57,16 @@ def test_an_example_is_short_and_says_what_it_shows(example):
         assert any(kind == "$" for kind, _ in SHOWN.findall(head_of(example)))
 
 
+def test_an_example_is_short_with_all_its_files():
+    lines = {
+        folder.name: sum(
+            len(path.read_text(encoding="utf-8").splitlines()) for path in NUMBERED if path.parent == folder
+        )
+        for folder in {path.parent for path in NUMBERED}
+    }
+    assert {name: count for name, count in lines.items() if count >= 60} == {}
+
+
 def test_the_examples_count_from_01_to_16():
     assert sorted({path.parent.name[:2] for path in NUMBERED}) == [f"{k:02}" for k in range(1, 17)]
 

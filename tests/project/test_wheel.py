@@ -3,10 +3,13 @@
 import json
 import os
 import shutil
+import signal
+import socket
 import subprocess
 import sys
 import venv
 import zipfile
+from contextlib import closing
 from importlib.metadata import distributions
 from pathlib import Path
 
@@ -44,6 +47,23 @@ import json, sys
 from typer.testing import CliRunner
 from maze_machine.cli import app
 print(json.dumps([CliRunner().invoke(app, [*path, "--help"]).exit_code for path in json.loads(sys.argv[1])]))
+"""
+EVERY_COMMAND = """
+import json, sys
+from maze_machine.__main__ import main
+statuses = []
+for line in json.loads(sys.argv[1]):
+    sys.argv = ["maze-machine", *line]
+    try:
+        statuses.append(main() or 0)
+    except SystemExit as ended:
+        statuses.append(ended.code or 0)
+print()
+print(json.dumps(statuses))
+"""
+CHART = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+<state id="a"><transition event="go" target="b"/></state><final id="b"/>
+</scxml>
 """
 
 
@@ -147,20 +167,82 @@ def test_every_command_answers_in_an_empty_folder(installed, tmp_path):
     assert len(paths) > 15
 
 
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [
-        (["run", "pledge", "--maze", "corridor", "--time-limit", "1"], 1),
-        (["check", "lamp.maze-machine"], 0),
-        (["test", "lamp.maze-test"], 0),
-    ],
-)
-def test_commands_work_far_from_the_checkout(arguments, status, installed, tmp_path):
+NOBODY = "tcp/127.0.0.1:1"
+WORK = {
+    "run": ["run lamp.maze-machine --maze corridor --no-picture --record run.mcap --save-map lamp.map", 1],
+    "replay": ["replay run.mcap", 0],
+    "view": ["view run.mcap --no-sights", 0],
+    "plot": ["plot run.mcap", 0],
+    "watch": [f"watch --connect {NOBODY}", 4],
+    "send": [f"send go --connect {NOBODY}", 4],
+    "sweep": ["sweep --machines lamp.maze-machine --mazes mazes --seeds 1 --time-limit 3 --out results.jsonl", 1],
+    "sweep show": ["sweep show results.jsonl", 0],
+    "profile": ["profile", 0],
+    "new": ["new project", 0],
+    "check": ["check lamp.maze-machine", 0],
+    "fmt": ["fmt lamp.maze-machine", 0],
+    "test": ["test lamp.maze-test", 0],
+    "simulate": ["simulate lamp.maze-machine", 0],
+    "diagram": ["diagram lamp.maze-machine -o lamp.mmd", 0],
+    "import": ["import chart.scxml -o chart.maze-machine", 0],
+    "export": ["export lamp.maze-machine -o lamp.scxml", 0],
+    "list": ["list signals", 0],
+    "lsp": ["lsp", 0],
+    "dap": ["dap", 0],
+    "trust": ["trust --list", 0],
+    "maze generate": ["maze generate mazes/drawn.maze --seed 1", 0],
+    "maze show": ["maze show mazes/drawn.maze", 0],
+    "maze convert": ["maze convert mazes/drawn.maze drawn.png", 0],
+    "map show": ["map show lamp.map", 0],
+    "sim": [f"sim corridor --connect {NOBODY}", 4],
+    "gate": [f"gate {NOBODY}", 4],
+    "router": ["router --listen tcp/127.0.0.1:PORT", 130],
+    "certificates": ["certificates ca --robot pico1 --controller alice", 0],
+}
+"""A command line for each subcommand, and its exit status."""
+MEETING = ("watch", "send", "sim", "gate")
+"""Commands that look for another program: here there is none."""
+
+
+def test_every_command_works_in_a_folder_of_its_own(installed, tmp_path):
+    assert set(WORK) == {" ".join(path) for path, _ in commands()}
     (tmp_path / "lamp.maze-machine").write_text(MACHINE)
     (tmp_path / "lamp.maze-test").write_text(SCENARIOS)
-    done = run([installed / "maze-machine", *arguments], tmp_path)
-    assert done.returncode == status, done.stdout + done.stderr
+    (tmp_path / "chart.scxml").write_text(CHART)
+    (tmp_path / "mazes").mkdir()
+    own = {**os.environ, "XDG_DATA_HOME": str(tmp_path / "data"), "XDG_CONFIG_HOME": str(tmp_path / "settings")}
+
+    def begin(line):
+        return subprocess.Popen(
+            [installed / "maze-machine", *line.split()],
+            cwd=tmp_path,
+            env=own,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    with closing(socket.create_server(("127.0.0.1", 0))) as free:
+        port = free.getsockname()[1]
+    router = begin(WORK["router"][0].replace("PORT", str(port)))
+    meeting = {name: begin(WORK[name][0]) for name in MEETING}
+    alone = [name for name in ("maze generate", *WORK) if name not in (*MEETING, "router")]
+    lines = [WORK[name][0].split() for name in alone]
+    done = run(
+        [installed / "python", "-c", EVERY_COMMAND, json.dumps(lines)], tmp_path, env=own, stdin=subprocess.DEVNULL
+    )
+    assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
+    statuses = json.loads(done.stdout.splitlines()[-1])
+    assert dict(zip(alone, statuses, strict=True)) == {name: WORK[name][1] for name in alone}, done.stdout + done.stderr
+    for name, process in meeting.items():
+        _, said = process.communicate(timeout=60)
+        assert (process.returncode, said.count("\n")) == (WORK[name][1], 1), said
+    assert "listens" in router.stdout.readline()
+    router.send_signal(signal.SIGINT)
+    said = router.communicate(timeout=60)[1]
+    assert (router.returncode, said) == (WORK["router"][1], "maze-machine: interrupted\n")
 
 
 @pytest.fixture

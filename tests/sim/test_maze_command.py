@@ -64,7 +64,7 @@ def test_the_same_seed_writes_the_same_bytes(tmp_path):
         ),
         (["maze", "show", "final_2015", "--set", "robot.footprint=[[1,1],[-1,1],[-1,-1],[1,-1]]"], 3, "does not fit"),
         (["maze", "show", "/dev/zero"], 3, "`/dev/zero` is not a regular file"),
-        (["run", "pledge", "--goal", "none", "--connect", "tcp/127.0.0.1:1"], 2, "does not go with --connect"),
+        (["run", "pledge", "--goal", "none", "--connect", "tcp/127.0.0.1:1"], 2, "cannot be combined with --connect"),
         (["run", "pledge", "--simulate", "rules.lax=1"], 2, "unknown key `lax`; known: still_limit"),
         (["run", "pledge", "--simulate", "rule.lax=1"], 2, "unknown section `rule`; known: noise"),
         (["run", "pledge", "--simulate", "noise.size=-1"], 2, "must be at least 0"),

@@ -16,7 +16,7 @@ from transport.gate import DriverBase, Gate, PacedWorld
 from transport.keys import RobotKeys
 from transport.memory_bus import MemoryNetwork, faultless
 from transport.messages import STOP, Command, Observation, Twist
-from transport.realtime import RealtimeRobot
+from transport.realtime import HALT, RealtimeRobot
 from transport.robot import LinkError
 from transport.settings import LinkSettings
 
@@ -255,8 +255,9 @@ def test_a_robot_without_a_scan_is_refused(rig: Rig) -> None:
 class BareRobot:
     """A ROS 2 driver: it publishes what it senses and obeys whoever speaks."""
 
-    def __init__(self, network: MemoryNetwork, keys: RobotKeys, clock: Hand) -> None:
+    def __init__(self, network: MemoryNetwork, keys: RobotKeys, clock: Hand, brake: float = 10.0) -> None:
         self.told: list[Twist] = []
+        self.speed, self._brake = 0.0, brake
         self.clock = clock
         bus = network.bus()
         self._world = ToyWorld(0, 10_000)
@@ -267,7 +268,9 @@ class BareRobot:
     def pump(self) -> None:
         if self.clock.now() >= self._next:
             self._next += PERIOD
-            observation = self._world.step(Command(self.told[-1] if self.told else STOP))
+            told = self.told[-1].forward if self.told else 0.0
+            self.speed = max(told, self.speed - self._brake * PERIOD)
+            observation = self._world.step(Command(Twist(self.speed)))
             self._odometry.put(encode_odometry(observation.odometry))
             self._scan.put(encode_scan(observation.scan))
 
@@ -287,6 +290,31 @@ def test_a_bare_driver_is_driven_without_a_gate(keys: str, door_call: str) -> No
     assert seen[-1].odometry.x > seen[0].odometry.x
     robot.close()
     assert bare.told[-1] == STOP
+
+
+@pytest.mark.parametrize(("brake", "at_rest"), [(10.0, True), (0.2, True), (0.0, False)])
+def test_a_robot_is_watched_until_it_stands(brake: float, at_rest: bool) -> None:
+    clock = Hand()
+    network = MemoryNetwork(clock=clock)
+    settings = LinkSettings(gate=False)
+    bare = BareRobot(network, RobotKeys("toy", settings), clock, brake)
+    clock.others.append(bare.pump)
+    robot = open_robot(network.bus(), TOY, settings, clock=clock)
+    drive(robot, 5)
+    assert bare.speed == FORWARD.forward
+    began = clock.now()
+    assert robot.halt() is at_rest
+    assert (bare.speed == 0.0) is at_rest
+    assert clock.now() - began <= HALT + PERIOD
+    assert set(bare.told[5:]) == {STOP}
+
+
+def test_without_odometry_nothing_confirms_that_a_robot_stands(rig: Rig) -> None:
+    robot = rig.controller()
+    drive(robot, 5)
+    rig.network.fault = lambda key, message: () if key == "toy/odom" else (message,)
+    assert not robot.halt()
+    assert rig.driven[-1] == STOP
 
 
 def test_a_gate_in_front_of_a_bare_driver_stops_it_within_a_quarter_of_a_second() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from hsm.dsl.lsp.document import Document
-from hsm.dsl.lsp.navigation import state_around
+from hsm.dsl.lsp.navigation import state_around, written
 from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
@@ -123,7 +123,7 @@ def library_source(document: Document) -> tuple[str, str, int] | None:
     declared += [one.factory for one in library.activities.values()]
     for source in declared:
         try:
-            file = inspect.getsourcefile(inspect.unwrap(source))
+            file = inspect.getsourcefile(written(source))
             text = "" if file is None else Path(file).read_text(encoding="utf-8")
         except (TypeError, OSError, UnicodeDecodeError):
             continue

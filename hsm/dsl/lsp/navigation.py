@@ -253,6 +253,13 @@ def _activities(state: StateSymbol) -> Iterator[str]:
         yield from _activities(child)
 
 
+def written(declared: Any) -> Any:
+    """The function or class that is in the source; newer versions of ``inspect.unwrap`` leave classes as they are."""
+    while (wrapped := getattr(declared, "__wrapped__", None)) is not None:
+        declared = wrapped
+    return declared
+
+
 def _python(document: Document, name: str) -> Span | None:
     """The Python source of a signal, an activity, an action or an enumeration."""
     library = document.library
@@ -266,7 +273,8 @@ def _python(document: Document, name: str) -> Span | None:
     elif name in library.enumerations:
         source = library.enumerations[name]
     try:
-        file, (_, first) = inspect.getsourcefile(inspect.unwrap(source)), inspect.getsourcelines(source)
+        original = written(source)
+        file, (_, first) = inspect.getsourcefile(original), inspect.getsourcelines(original)
     except (TypeError, OSError):
         return None
     return None if file is None else Span(file, max(first - 1, 0), 0, max(first - 1, 0), 0)

@@ -9,6 +9,7 @@ from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
+from hsm.dsl.syntax.foreign import foreign
 from hsm.model.codes import finding
 from hsm.model.diagnostics import MachineError
 
@@ -62,11 +63,14 @@ def text_in(stream: BinaryIO, name: str | Path) -> str:
         name: what messages call it.
 
     Raises:
-        MachineError: it is too long, or is not text.
+        MachineError: it is too long, or is not text, or another kind of file.
     """
     content = stream.read(_LARGEST + 1)
     if len(content) > _LARGEST:
         raise _unreadable(name, "it is larger than 32 MiB", "move parts of it into machines that it imports")
+    other = foreign(content, name)
+    if other is not None:
+        raise _unreadable(name, f"it is {other.kind}", other.advice)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -448,8 +448,10 @@ class _Reader:
         """The code that sets the data of a state: all at the start, or each on its first entry."""
         if self.drafts[0].element.attributes.get("binding", "early") == "late":
             return self.data.begin(self._data_of(index), index, first=index > 0)
+        if index > 0:
+            return ()
         every = [one for state in range(len(self.drafts)) for one in self._data_of(state)]
-        return self.data.begin(every, index, first=False) if index == 0 else ()
+        return self.data.begin(every, index, first=False)
 
     def _scripts(self, element: Element) -> tuple[Action, ...]:
         """What the scripts at the top of a chart do when it begins."""

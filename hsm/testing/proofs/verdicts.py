@@ -89,8 +89,8 @@ class Assumptions:
         return [
             f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
             "each step: any signals, any outcomes of running activities, any sequence of events, including raised ones",
-            f"signals may {'' if self.not_a_number else 'not '}be NaN; arithmetic on floats as the processor has it",
-            "no signal and no action fails, nor what it is given; an activity may where the machine handles it, "
+            f"signals may {'' if self.not_a_number else 'not '}be NaN; arithmetic on floats, as in the engine",
+            "no signal or action fails, nor does an argument of one; an activity may fail if the machine handles it, "
             "but not while it is stopped",
             f"parameters: {given}" if given else "no parameters",
             "a run from its start, neither restored nor reloaded; stamps below 2^32 s",

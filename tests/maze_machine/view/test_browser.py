@@ -13,8 +13,10 @@ import pytest
 import hsm
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.profile import load_profile
+from maze_machine.commands.opened_run import Openings, opened_run
 from maze_machine.commands.view import view_remote
 from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.remote.messages import encoded
 from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import OperatedRun
 from maze_machine.report.pages import ShownRun, network_head, run_head
@@ -25,6 +27,8 @@ from maze_machine.view.live import Feed, LivePage, SimulatedTime
 from maze_machine.view.page import head, replay_page
 from transport.connect import listening
 from transport.description import RobotDescription
+from transport.keys import MachineKeys
+from transport.robot import LinkError
 from transport.world import LockstepRobot
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -57,7 +61,7 @@ def opened(browser):
     """Opens an address in a window of some size; at the end nothing may stand in the console."""
     contexts, said = [], []
 
-    def show(address, width=1280, height=800, *, bypass_csp=True, **options):
+    def show(address, width=1280, height=800, *, bypass_csp=True, first=True, **options):
         window = {"width": width, "height": height}
         context = browser.new_context(viewport=window, bypass_csp=bypass_csp, **options)
         contexts.append(context)
@@ -72,7 +76,7 @@ def opened(browser):
         page.on("console", lambda message: said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto(address)
-        page.wait_for_selector("body[data-shown][data-ready]")
+        page.wait_for_selector("body[data-shown][data-ready]" if first else "body[data-ready]")
         return page
 
     yield show
@@ -287,6 +291,58 @@ def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened,
         assert stop.is_hidden()
         assert page.inner_text("#play") == "Play"
         assert page.is_visible("#speed")
+
+
+def test_a_stop_that_nobody_answers_is_not_confirmed(opened, driven, free_endpoint, monkeypatch):
+    mission, world, frames, _ = driven
+    pages = Queue()
+    monkeypatch.setattr("maze_machine.commands.opened_run.announce", pages.put)
+    monkeypatch.setattr("maze_machine.commands.opened_run.GRACE", 0.5)
+    monkeypatch.setattr("maze_machine.commands.view.SILENCE", 1.0)
+    told = network_head(run_head(mission, world), Drawings(mission.machine))
+    keys = MachineKeys(mission.profile.robot.name)
+    with listening(free_endpoint) as bus:
+        bus.serve(keys.model, lambda request: request.reply(encoded(told)))
+        answering = [True]
+        newest = {name: one for name, one in frames[200].items() if name != "sights"}
+        bus.serve(keys.step, lambda request: request.reply(encoded(newest)) if answering[0] else None)
+        viewing = Thread(target=lambda: view_remote(free_endpoint, "pico", None, "127.0.0.1", 0))
+        viewing.start()
+        page = opened(pages.get(timeout=LIMIT / 1000).address)
+        assert page.inner_text("#now").startswith("20.0 s")
+        page.click("#stop")
+        page.wait_for_function("element('status').textContent.startsWith('Not stopped, the machine does not answer')")
+        assert page.is_enabled("#stop")
+        answering[0] = False
+        page.wait_for_function("element('status').textContent.startsWith('the machine no longer answers')")
+        assert "not confirmed that the base has stopped. Use the robot's own stop" in page.inner_text("#status")
+        page.close()
+        viewing.join(LIMIT / 1000)
+        assert not viewing.is_alive()
+
+
+def test_a_run_that_fails_says_so_on_its_page(opened, driven, monkeypatch):
+    mission, _, _, _ = driven
+    pages = Queue()
+    monkeypatch.setattr("maze_machine.commands.opened_run.announce", pages.put)
+    monkeypatch.setattr("maze_machine.commands.opened_run.GRACE", 0.5)
+    failed = Queue()
+
+    def run():
+        try:
+            with opened_run(Openings(None, None, True, "127.0.0.1", 0), mission, None, None):
+                raise LinkError("'pico' has not answered for 2 s")
+        except LinkError as error:
+            failed.put(error)
+
+    running = Thread(target=run)
+    running.start()
+    browser_page = opened(pages.get(timeout=LIMIT / 1000).address, first=False)
+    browser_page.wait_for_function("element('status').textContent.startsWith(\"'pico' has not answered for 2 s.\")")
+    assert "not confirmed that the base has stopped" in browser_page.inner_text("#status")
+    browser_page.close()
+    assert failed.get(timeout=LIMIT / 1000)
+    running.join(LIMIT / 1000)
 
 
 def test_where_the_server_goes_nothing_is_confirmed(opened, driven):
@@ -520,6 +576,36 @@ def test_everything_can_be_reached_by_keyboard(opened, driven):
             page.keyboard.press("Tab")
             reached.add(page.evaluate("document.activeElement.id"))
         assert wanted <= reached
+
+
+def test_the_machine_and_the_plan_are_moved_by_keyboard(opened, recorded):
+    page = opened(f"{recorded}#t=20")
+    page.wait_for_selector("#drawing svg g.state")
+    placed = "element('drawing').querySelector('svg').style.transform"
+    page.focus("#drawing")
+    seen = [page.evaluate(placed)]
+    for key in ("Shift+ArrowLeft", "+", "0"):
+        page.keyboard.press(key)
+        seen.append(page.evaluate(placed))
+    assert len(set(seen[:3])) == 3
+    page.focus("#scene")
+    drawn = "element('scene').toDataURL()"
+    pictures = [page.evaluate(drawn)]
+    for key in ("Shift+ArrowUp", "+"):
+        page.keyboard.press(key)
+        settled(page)
+        pictures.append(page.evaluate(drawn))
+    assert len(set(pictures)) == 3
+    assert page.evaluate(placed) == seen[3]
+    page.focus("#machine-fit")
+    within = (
+        "(() => { const one = document.activeElement.getBoundingClientRect(), all = element('drawing')"
+        ".getBoundingClientRect(); return one.right > all.left && one.left < all.right && one.bottom > all.top"
+        " && one.top < all.bottom; })()"
+    )
+    for _ in range(1 + page.locator("#drawing g.state").count()):
+        page.keyboard.press("Tab")
+        assert page.evaluate(within)
 
 
 def test_a_redraw_at_eight_thousand_ticks_is_quick(opened, tmp_path, driven):

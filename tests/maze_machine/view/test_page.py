@@ -126,8 +126,8 @@ def test_every_frame_comes_in_order_also_to_those_who_come_late_and_then_the_end
                 page.publish(partial(dict, one))
             with socket_of(page) as late:
                 assert received(late, 5) == wanted
-                page.end({"line": "over"})
-                assert json.loads(late.recv(timeout=LIMIT)) == {"end": {"line": "over", "stands": True}}
+                page.end({"line": "over", "at_rest": True})
+                assert json.loads(late.recv(timeout=LIMIT)) == {"end": {"line": "over", "at_rest": True}}
 
 
 def test_an_operators_questions_are_answered():

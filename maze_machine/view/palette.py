@@ -1,22 +1,22 @@
 """The colours that distinguish states, on the page and in pictures.
 
-Any two of a ground differ in CIELAB by more than 20, for normal sight and under simulated deuteranopia (Machado,
-Oliveira and Fernandes, IEEE TVCG 15(6), 2009). The contrast of each with its ground is 3:1 or more. A dash pattern
-goes with each, so that colour is never the only distinction.
+Any two of a ground differ in CIELAB by more than 50 for normal sight, by more than 30 under simulated deuteranopia and
+protanopia, and by more than 25 under tritanopia (Machado, Oliveira and Fernandes, IEEE TVCG 15(6), 2009). The contrast
+of each with its ground is 3:1 or more. A dash pattern goes with each, so that colour is never the only distinction.
 """
 
 from __future__ import annotations
 
 INKS = {
-    "light": ("#0066bb", "#229900", "#ee3399", "#113311", "#550055", "#aa66bb", "#995544", "#002299"),
-    "dark": ("#55bbee", "#ee7722", "#00eeaa", "#2288ff", "#009988", "#778844", "#eedd88", "#ffccff"),
+    "light": ("#2200ff", "#22aa00", "#ee33ee", "#662200", "#779966", "#440077", "#bb77aa", "#002233"),
+    "dark": ("#5599ff", "#dd6611", "#bbff99", "#7733ff", "#ffdd00", "#aa4488", "#00eeff", "#998866"),
 }
 """By the ground that they are for: ``light`` is white, ``dark`` nearly black."""
 DASHES: tuple[tuple[int, ...], ...] = ((), (6, 3), (2, 3), (10, 3, 2, 3))
 """Lengths of strokes and gaps, in widths of a thin line."""
-DOOR, EXIT = "#995544", "#1c7a00"
+DOOR, EXIT = "#662200", "#449966"
 """Of doors and exits on a light ground."""
-MAP = "#cc2200"
+MAP = "#ff33bb"
 """Of the robot's map on a light ground."""
 
 

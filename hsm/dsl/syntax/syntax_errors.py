@@ -132,7 +132,7 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     if wanted and wanted[0] == _WORDS["NAME"]:
         wanted[0] = _NAMES.get(last, wanted[0])
     found = f"`{word}`" if word else "the end of the line"
-    message = f"expected {_either(wanted)}, found {found}" if wanted else f"`{word}` is not allowed here"
+    message = f"expected {_either(wanted)}, found {found}" if wanted else f"{found} is not allowed here"
     _add(report, place, message, _hint(before.split(), word, expected), word)
 
 

@@ -1,7 +1,8 @@
 """The labels of lines in a picture that Graphviz has laid out: moved until they cross no border of a state.
 
-Graphviz keeps a label away from states, but not from the borders of the states around them. A label that crosses one is
-moved to the nearest place where it crosses none and covers neither a state nor another label.
+Graphviz keeps a label away from states, but not from the borders of the states around them, nor from other labels. A
+label that crosses a border or lies on another label is moved to the nearest place where it crosses none and covers
+neither a state nor another label.
 """
 
 from __future__ import annotations
@@ -61,10 +62,14 @@ def settle(graph: Any) -> None:
     filled = [box for one in graph.nodes() if (box := _node(one)) is not None]
     filled += [box for one in _clusters(graph) if (box := _title(one)) is not None]
     labels = [(edge, box) for edge in graph.edges() if (box := _label(edge)) is not None]
-    kept = [box for _, box in labels if not _crosses(box, borders)]
+    kept: list[Box] = []
+    moving = list[tuple[Any, Box]]()
     for edge, box in labels:
-        if not _crosses(box, borders):
-            continue
+        if _crosses(box, borders) or any(map(box.touches, kept)):
+            moving.append((edge, box))
+        else:
+            kept.append(box)
+    for edge, box in moving:
         right, up = _way_out(box, paper, borders, [*filled, *kept])
         kept.append(box.moved(right, up))
         x, y = (float(one) for one in edge.attr["lp"].split(","))

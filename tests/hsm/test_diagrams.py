@@ -212,6 +212,39 @@ def test_the_texts_of_transitions_cross_no_border(name):
         assert crossing(render(drawn, "svg", look).decode()) == []
 
 
+TRIGGERS = (
+    "on go", "on come_back_soon", "on go, halt", "when distance.front < 0.5 m", "after 3 s",
+    "when space.left and not space.right and distance.left > 0.4 m",
+)  # fmt: skip
+
+
+def crowded(seed):
+    """A machine with many transitions of many lengths between nested states."""
+    draw, lines = Random(seed), ["machine crowded", "event go", "event come_back_soon", "event halt"]
+    groups = {
+        f"s{group}": [f"s{group}_{'long_name_' * draw.randint(0, 2)}{one}" for one in range(draw.randint(1, 5))]
+        for group in range(draw.randint(1, 4))
+    }
+    names = [name for inner in groups.values() for name in inner]
+    for group, inner in groups.items():
+        lines.append(f"state {group}")
+        nested, indent = draw.random() < 0.4 and len(inner) > 2, "    "
+        for one, name in enumerate(inner):
+            if nested and one == 1:
+                lines.append(f"    state deep_{group}")
+                indent = "        "
+            lines.append(f"{indent}state {name}")
+            ways = draw.sample(TRIGGERS, draw.randint(1, 3))
+            lines += [f"{indent}    {trigger} -> {draw.choice([*names, *groups])}" for trigger in ways]
+    return loads("\n".join(lines) + "\n", robot_names(), "crowded.maze-machine")
+
+
+@pytest.mark.parametrize("seed", [40, 44, 46, 80])
+def test_the_texts_of_any_machine_cross_no_border_and_no_other_text(seed):
+    pytest.importorskip("pygraphviz")
+    assert crossing(render(crowded(seed), "svg", Look()).decode()) == []
+
+
 def test_as_graphviz_leaves_them_they_cross():
     graphviz = pytest.importorskip("pygraphviz")
     drawn = load(find_machine("pledge"), robot_names())

@@ -85,7 +85,7 @@ _PLACES = {
 
 
 def __getattr__(name: str) -> Any:
-    """What is in ``__all__``, when it is asked for."""
+    """Import a name of ``__all__`` at its first use."""
     if name == "scxml":
         return import_module("hsm.interchange.scxml")
     for module, names in _PLACES.items():
@@ -107,10 +107,10 @@ def _require_library(value: object) -> None:
 
 
 def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
-    """The machine that a ``.maze-machine`` file describes.
+    """Load a machine from a ``.maze-machine`` file.
 
     Args:
-        path: the file; machines that it imports are looked for beside it and in the library's folders.
+        path: the file; its imports are searched for beside it and in the library's folders.
         library: what the machine may name.
 
     Returns:
@@ -129,12 +129,12 @@ def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
 
 
 def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F, E]:
-    """The machine that a text describes.
+    """Load a machine from a text.
 
     Args:
-        text: what would be in a ``.maze-machine`` file.
+        text: the content of a ``.maze-machine`` file.
         library: what the machine may name.
-        file: the file name shown in diagnostics; machines that it imports are looked for beside it.
+        file: the file name shown in diagnostics; imports are searched for beside it.
 
     Returns:
         The machine, ready to run.
@@ -155,7 +155,7 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
 def to_transitions(
     machine: Machine[Any, Any], model: object | None = None, parameters: Mapping[str, Any] | None = None
 ) -> TransitionsMachine:
-    """A machine on the library ``transitions``, live: events are sent as ``model.trigger(name, facts)``.
+    """Build a live machine of the library ``transitions``; send it events with ``model.trigger(name, facts)``.
 
     Args:
         machine: the machine.
@@ -168,7 +168,7 @@ def to_transitions(
     Raises:
         MachineError: the machine uses features outside the shared subset; the error lists all of them.
         ValueError: a parameter is unknown, or one without a default is missing.
-        TypeError: what is converted is not a machine.
+        TypeError: the first argument is not a machine.
     """
     from hsm.engine.machine import Machine  # noqa: PLC0415 - only who converts a machine needs it here
     from hsm.interchange.backend import to_transitions as convert  # noqa: PLC0415 - nobody else needs the library

@@ -70,7 +70,7 @@ _SUBCOMMANDS = (
         "send",
         DRIVE,
         "watch:send",
-        "Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.",
+        "Send an event to a running machine, change a parameter, or pause, resume or end its run.",
     ),
     Subcommand("sweep", DRIVE, "sweep:sweep", "Run machines over mazes and seeds and report the results."),
     Subcommand("sweep show", DRIVE, "sweep:show", "Summarise the results of a sweep."),
@@ -84,7 +84,7 @@ _SUBCOMMANDS = (
         "new",
         WRITE,
         "new:new",
-        "Make a project: a machine, its tests, a library of its own, something that it drives, editor and CI files.",
+        "Create a project: a machine, its tests, its own library, a robot to drive, editor and CI files.",
     ),
     Subcommand(
         "check",

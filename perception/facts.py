@@ -30,7 +30,7 @@ from transport.messages import Observation, Pose
 
 @dataclass(frozen=True)
 class Facts:
-    """The view of a tick for skills and a machine's signals.
+    """The facts of a tick, for skills and for the signals of a machine.
 
     Attributes:
         observation: the tick's scan, odometry and door answer.
@@ -71,7 +71,7 @@ class Facts:
 
     @cached_property
     def pieces(self) -> LinePieces:
-        """Where the hits jump and bend."""
+        """The hits, split into pieces where they jump or bend."""
         return split(self.sweep, self.settings.lines)
 
     @cached_property
@@ -91,7 +91,7 @@ class Facts:
 
     @cached_property
     def hough_compass(self) -> Compass:
-        """The misalignment with the walls as 2015 found it, as fine as the Hough space's grid."""
+        """The misalignment with the walls by the method of 2015, with the resolution of the Hough space."""
         return hough_compass(self.points, self.settings.hough, self.settings.compass.world_angle)
 
     @cached_property
@@ -106,12 +106,12 @@ class Facts:
 
     @cached_property
     def misalignment(self) -> float:
-        """The turn that brings the robot along the walls, rad: the compass, or dead reckoning where it is unknown."""
+        """The turn that aligns the robot with the walls, rad: by the compass, otherwise by dead reckoning."""
         return self.compass.misalignment if self.compass.known else self.world.misalignment
 
     @cached_property
     def aligned(self) -> Floats:
-        """The hits in the robot's place but turned along the walls, m, shape (n, 2)."""
+        """The hits in a frame at the robot's place whose axes are parallel to the walls, m, shape (n, 2)."""
         return turned(self.points, -self.misalignment)
 
     @cached_property
@@ -121,12 +121,12 @@ class Facts:
 
     @cached_property
     def wall_left(self) -> Wall:
-        """The nearest wall at the left."""
+        """The nearest wall on the left."""
         return nearest_wall(self.lines, math.pi / 2, self.settings.wall)
 
     @cached_property
     def wall_right(self) -> Wall:
-        """The nearest wall at the right."""
+        """The nearest wall on the right."""
         return nearest_wall(self.lines, -math.pi / 2, self.settings.wall)
 
     @cached_property
@@ -136,7 +136,7 @@ class Facts:
 
     @property
     def centre_error(self) -> float:
-        """How far the middle of the corridor is to the robot's left, m; zero where there is no corridor."""
+        """Distance of the corridor's middle to the left of the robot, m; zero if there is no corridor."""
         return self.centre.error
 
     @cached_property
@@ -146,7 +146,7 @@ class Facts:
 
     @cached_property
     def clearance(self) -> float:
-        """Distance from the robot's outline to the nearest hit, m; infinity where nothing is seen."""
+        """Distance from the robot's outline to the nearest hit, m; infinity if nothing is seen."""
         return clearance_of(self.points, self.robot.footprint)
 
     @cached_property
@@ -156,7 +156,7 @@ class Facts:
 
     @cached_property
     def exit_ahead(self) -> bool:
-        """Whether nothing is in sight straight along the corridor, as at an exit."""
+        """Whether nothing is in sight straight ahead along the corridor, as at an exit."""
         settings = self.settings
         reach = min(settings.exit.range, self.sweep.reach)
         beam = look(self.sweep, quantised(self.misalignment), settings.space.width, reach, settings.space.bad_share)
@@ -169,7 +169,7 @@ class Facts:
 
     @cached_property
     def door(self) -> Door | None:
-        """The possible door ahead that may be rung from here, if there is one."""
+        """The possible door ahead at which the robot may ring from here; None if there is none."""
         near = (door for door in self.doors if is_near(door, self.settings.door))
         return next((door for door in near if self._ends_at(door)), None)
 
@@ -181,7 +181,7 @@ class Facts:
 
     @cached_property
     def rung_door(self) -> Door | None:
-        """The door tried last, where it is now; its place is remembered, whether it is open or shut."""
+        """The door tried last, in the robot's present frame; its place is remembered even if the door is open."""
         if not self.world.doors:
             return None
         place = self.world.doors[-1]
@@ -195,7 +195,7 @@ class Facts:
 
     @cached_property
     def door_passable(self) -> bool:
-        """Whether the robot, going straight on as the door tried last faces, can pass it."""
+        """Whether the robot can pass the door tried last if it drives straight through."""
         door = self.rung_door
         if door is None or not self.sweep.known_share:
             return False
@@ -225,7 +225,7 @@ class Perception:
         self.world = world or WorldModel(self.settings)
 
     def facts(self, observation: Observation) -> Facts:
-        """The facts of the next tick; called once a tick, in order."""
+        """Compute the facts of the next tick; call it once per tick, in order."""
         facts = Facts(observation, self.robot, self.settings, self.world)
         take_in(facts, self.world)
         return facts

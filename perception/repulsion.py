@@ -29,7 +29,7 @@ class Force:
 def repulsion_of(sweep: ScanPoints, settings: RepulsionSettings) -> Force:
     """The mean push of all beams: against each beam with 1 / (range - width correction)^2.
 
-    The beams ahead make the force along x, the beams at the sides the force along y, so that a wall beside does not
+    The beams ahead make the force along x, the beams on the sides the force along y, so that a wall beside does not
     brake and one ahead does not push sideways.
     """
     if not len(sweep.beams):

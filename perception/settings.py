@@ -146,7 +146,7 @@ class ExitSettings(Settings):
 
 
 class WallSettings(Settings):
-    """The nearest wall at a side."""
+    """The nearest wall on one side."""
 
     half_angle: Positive = math.radians(60)
     """The wall's nearest point is within this angle of straight left or right, rad."""
@@ -210,7 +210,7 @@ class DoorSettings(Settings):
     same_place: Length = 0.5
     """Two doors nearer than this are the same one, m; more than dead reckoning drifts in a run."""
     passage_margin: LengthOrZero = 0.05
-    """Free space wanted at each side of the robot for passing an open door, m."""
+    """Free space wanted on each side of the robot for passing an open door, m."""
     inner_share: Share = 0.8
     """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls beyond it."""
     seen_depth: Length = 0.08
@@ -235,7 +235,7 @@ class JunctionSettings(Settings):
     beside: Length = 0.2
     """The end of a wall across is beside the robot up to here, m; farther ahead the corridor becomes narrow there."""
     assumed_wall: Length = 0.75
-    """Where no wall is seen at a side, it is taken to be this far away, m."""
+    """Where no wall is seen on one side, it is taken to be this far away, m."""
     max_wall: Length = 1.6
     """A wall farther than this to a side does not bound the corridor, m."""
     max_offset: Length = 0.25
@@ -294,7 +294,7 @@ class PerceptionSettings(Settings):
     exit: ExitSettings = ExitSettings()
     """Leaving the maze."""
     wall: WallSettings = WallSettings()
-    """The nearest wall at a side."""
+    """The nearest wall on one side."""
     centre: CentreSettings = CentreSettings()
     """The middle of the corridor."""
     repulsion: RepulsionSettings = RepulsionSettings()

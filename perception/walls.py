@@ -1,4 +1,4 @@
-"""Walls beside the robot: the nearest one at a side, the middle of the corridor, the clearance of the footprint."""
+"""Walls beside the robot: the nearest one on one side, the middle of the corridor, the clearance of the footprint."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from transport.description import Point
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """The nearest wall at a side.
+    """The nearest wall on one side.
 
     Attributes:
         distance: from the robot's origin to the nearest seen point of the wall, m; infinity where there is none.
@@ -38,7 +38,7 @@ NO_WALL = Wall()
 
 
 def nearest_wall(lines: Lines, side: float, settings: WallSettings) -> Wall:
-    """The nearest wall at a side.
+    """The nearest wall on one side.
 
     The distance and angle are those of a fitted line; the nearest single hit, which 2017 took, is turned by a degree
     of noise for each millimetre.

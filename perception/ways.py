@@ -110,7 +110,7 @@ class BeamEnds(NamedTuple):
         ends: where each beam ends, m, shape (2, n); at the sensor where nothing is known of the beam.
         hit: whether it ends at something.
         origin: the sensor's place, m.
-        walls: those that run along x, at both sides.
+        walls: those that run along x, on both sides.
     """
 
     cosines: Floats
@@ -169,7 +169,7 @@ NOTHING_SEEN = BeamEnds(_NOTHING, _NOTHING, np.empty((2, 0)), np.empty(0, np.boo
 def _flanks(lines: Lines, cosine: float, sine: float) -> list[WallSpan]:
     """The walls that run along x, in the frame turned by an angle that is given by its cosine and sine.
 
-    Of a wall across x that is at one side only, the end that points at the robot is one, without length.
+    Of a wall across x that is on one side only, the end that points at the robot is one, without length.
     """
     flanks = []
     for line in lines:

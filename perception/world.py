@@ -65,11 +65,11 @@ class DoorPlace:
 
 @dataclass(slots=True)
 class WorldModel:
-    """Memory over the ticks of one run.
+    """The memory of a robot over the ticks of one run.
 
-    The frame begins where the run begins; its axes run along the walls as soon as the compass knows them. Positions are
-    dead reckoning, odometry's steps along a heading that the compass keeps from drifting, until a map is begun; from
-    then on they are the map's.
+    The origin of its frame is the start of the run; its axes are parallel to the walls once the compass knows them.
+    Until a map is begun, positions are dead reckoning: steps of the odometry along a heading whose drift the compass
+    corrects. From then on the map gives the positions.
 
     Attributes:
         settings: perception's thresholds.
@@ -79,15 +79,15 @@ class WorldModel:
         step: the last tick's movement.
         restarts: how often the odometry began again.
         lane: the strip between walls that the robot is in.
-        outside_ticks: for how many ticks in a row the scan has shown the robot outside.
+        outside_ticks: the number of consecutive ticks in which the scan has shown the robot outside.
         doors: the doors tried so far, in order.
         marks: the junctions that the robot has marked.
         surveyor: keeps the map; None before one is begun.
-        dead_ends: those seen since then that may be doors, in order.
-        dismissed: those of them that the robot has been at.
-        way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
-        marked: the place that a machine has marked last; None before.
-        events: what has happened in this tick, for the machine: `lost` or `found`.
+        dead_ends: the dead ends seen since then that may be doors, in order.
+        dismissed: the dead ends at which the robot has been.
+        way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None if none has.
+        marked: the place that a machine has marked last, or None.
+        events: the events of this tick for the machine: `lost` or `found`.
     """
 
     settings: PerceptionSettings
@@ -114,10 +114,10 @@ class WorldModel:
         self.marks = Marks(self.settings.marks.same_place)
 
     def from_the_start(self) -> WorldModel:
-        """The world model of a robot that begins again where the run began, roughly as it was there.
+        """The world model of a robot that begins again near the start of the run, with about the same heading.
 
-        It knows the junctions of this run, and where there is a map, that and where the way out is; all else is as new,
-        for doors have shut again.
+        It knows the junctions of this run and, if there is a map, the map and the way out. Everything else is reset,
+        because doors have shut again.
         """
         again = WorldModel(self.settings)
         again.marks = Marks(self.marks.tolerance, known=self.marks.places)
@@ -187,11 +187,11 @@ class WorldModel:
 
     @property
     def place_known(self) -> bool:
-        """Whether what is seen fits the map where the robot takes itself to be; false without a map."""
+        """Whether the scan fits the map at the robot's estimated place; false without a map."""
         return self.surveyor is not None and self.surveyor.knowledge is Knowledge.KNOWN
 
     def survey(self, sweep: ScanPoints) -> None:
-        """Take in what the scan shows of the surroundings, if there is a map.
+        """Add the scan to the map, if there is one.
 
         A lost robot's pose is dead reckoning from where it was last known, until it is found.
         """
@@ -220,15 +220,15 @@ class WorldModel:
 
     @property
     def misalignment(self) -> float:
-        """The turn that, by dead reckoning, brings the robot along the walls, rad."""
+        """The turn that aligns the robot with the walls by dead reckoning, rad."""
         return math.remainder(-self.pose.heading, self.settings.compass.world_angle) if self._aligned else 0.0
 
     def place(self, door: Door) -> DoorPlace:
-        """Where a door in sight is in the world model's frame."""
+        """The place of a visible door in the world model's frame."""
         return DoorPlace(to_world(self.pose, door.right), to_world(self.pose, door.left))
 
     def remember_door(self, door: Door) -> None:
-        """Note that a door has been tried; one already noted is moved to where it is now seen, as the latest."""
+        """Note that a door has been tried; a known door moves to its present place and becomes the latest."""
         place = self.place(door)
         self.doors = [other for other in self.doors if not self._same(other, place)]
         self.doors.append(place)
@@ -239,7 +239,7 @@ class WorldModel:
         return any(self._same(other, place) for other in self.doors)
 
     def notice_doors(self, doors: Iterable[Door]) -> None:
-        """Note the dead ends in sight that may be doors; one already noted is moved to where it is now seen."""
+        """Note the visible dead ends that may be doors; a known one moves to its present place."""
         for door in doors:
             place = self.place(door)
             for index, other in enumerate(self.dead_ends):
@@ -254,7 +254,7 @@ class WorldModel:
         self.dismissed.append(place)
 
     def untried_doors(self) -> list[DoorPlace]:
-        """The dead ends that may be doors, have not been tried, and at which the robot has not been."""
+        """The dead ends that may be doors, have not been tried, and have not been visited."""
         done = [*self.doors, *self.dismissed]
         return [place for place in self.dead_ends if not any(self._same(other, place) for other in done)]
 

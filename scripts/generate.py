@@ -47,7 +47,7 @@ def _subcommands(group: Any, prefix: str) -> Iterator[str]:
 def _parameters(command: Any) -> Iterator[str]:
     shown = [one for one in command.params if not getattr(one, "hidden", False) and one.name != "help"]
     if shown:
-        yield from ("| argument or option | default | what it says |", "|---|---|---|")
+        yield from ("| argument or option | default | meaning |", "|---|---|---|")
         yield from (
             f"| {_spelling(one)} | {_default(one)} | {(one.help or '').replace('|', chr(92) + '|')} |" for one in shown
         )
@@ -75,16 +75,16 @@ def default_profile() -> str:
 
 
 def motion_skills() -> str:
-    """The reference page of the skills: what a machine may do, and what it may remember."""
+    """The reference page of the skills: activities, and the signals and actions with a memory."""
     library = skills.catalogue.library(SkillSettings())
     return "\n".join(
         [
             "# Skills",
             "",
-            "What a machine may `do`, one at a time for each thing that it holds, and the actions and signals of the",
-            "strategies that need a memory. Gains and distances are in the section `[skills]` of a robot profile.",
-            "Every velocity that an activity asks for passes through the limits of the base and the guard against",
-            "walls.",
+            "This page lists the activities of the maze robots, which a state runs with `do`, and the signals and",
+            "actions with a memory. Two active activities cannot use the same resource. Gains and distances are in",
+            "the section `[skills]` of a robot profile. Every velocity that an activity requests is limited by the",
+            "base, and checked by the guard against walls.",
             "",
             "## Activities",
             "",
@@ -98,7 +98,7 @@ def motion_skills() -> str:
 
 def _activity(declared: ActivityDeclaration) -> Iterator[str]:
     yield from _named(declared)
-    yield f"Holds: {', '.join(declared.holds)}."
+    yield f"Resources: {', '.join(declared.holds)}."
     yield ""
 
 
@@ -120,23 +120,23 @@ def perception_reference() -> str:
         [
             "# Perception",
             "",
-            "What is seen, in the robot's frame unless said otherwise: x forward, y to the left, angles",
-            "counter-clockwise from x; metres and radians. Thresholds and sizes are in the section `[perception]` of a",
-            "robot profile. How it is found, how accurate it is and what it cannot see:",
-            "[explanation](../explanation/perception.md).",
+            "This page lists the signals of the maze robots. Values are in the robot's frame unless the text says",
+            "otherwise: x forward, y to the left, angles counter-clockwise from x; metres and radians. Thresholds",
+            "and sizes are in the section `[perception]` of a robot profile. [The",
+            "explanation](../explanation/perception.md) describes the methods, their accuracy and their limits.",
             "",
-            "A signal that is not known has the neutral value that its description names; where that could be mistaken",
-            "for a measurement, a companion signal ending in `.known` is false.",
+            "An unknown signal has the neutral value that its description names; if that could be mistaken for a",
+            "measurement, a companion signal whose name ends in `.known` is false.",
             "",
             "## Signals and actions",
             "",
             *(line for one in (*library.signals.values(), *library.actions.values()) for line in _named(one)),
             "## Facts",
             "",
-            "Skills, and signals of your own, get the same from the `Facts` of a tick; each is computed when it is",
-            "asked for, and once.",
+            "Skills, and signals of your own, read these values from the `Facts` of a tick. Each is computed at its",
+            "first use, and only once.",
             "",
-            "| fact | what it is |",
+            "| fact | meaning |",
             "|---|---|",
             *(f"| `{name}` | {text} |" for name, text in _facts()),
             "",
@@ -160,11 +160,11 @@ FENCES = {".maze-machine": "maze-machine", ".maze-test": "maze-test", ".py": "py
 
 
 def examples() -> str:
-    """The page of the examples: every file of each, whole."""
+    """The page of the examples, with all files of each."""
     head = [
         "# Examples",
         "",
-        "The folder `examples/` holds these programs, from the smallest machine to two robots. A test runs every",
+        "The folder `examples/` contains these programs, from the smallest machine to two robots. A test runs every",
         "command in them; run it in the example's folder. A line `>` is part of what the command prints.",
         "",
     ]

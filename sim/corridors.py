@@ -39,7 +39,7 @@ class Corridor(Settings):
     beyond: Positive = 1.0
     """How far the corridor continues after the exit, m."""
     depth: Positive = 0.8
-    """How long the walls at both sides of the exit are, m."""
+    """How long the walls on both sides of the exit are, m."""
     lean: Annotated[float, Field(ge=-5, le=5)] = 0.0
     """The exit leaves at a right angle except for this many degrees."""
     misplaced: float = 0.0

@@ -17,7 +17,7 @@ from transport.messages import Pose
 
 @dataclass(slots=True)
 class Opening:
-    """Where an opening at a side begins and ends, along the course, in a local frame set when it was found.
+    """Where an opening on one side begins and ends, along the course, in a local frame set when it was found.
 
     Attributes:
         frame: where the robot was then, x along the course.

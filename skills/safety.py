@@ -187,7 +187,7 @@ def looked_round(points: Points, box: Box, bounds: tuple[float, float, float, fl
 
 @compiled
 def room_ahead(points: Points, bounds: tuple[float, float, float, float]) -> float:
-    """From what is at the left to what is at the right, from the robot's rear up to a little ahead, m.
+    """From what is on the left to what is on the right, from the robot's rear up to a little ahead, m.
 
     Args:
         points: what is near, in the robot's frame, m, shape (n, 2).

@@ -39,14 +39,14 @@ class MotionSettings(Settings):
 
 
 class FollowWallSettings(Settings):
-    """The virtual spring between the robot and the walls at its sides."""
+    """The virtual spring between the robot and the walls on its sides."""
 
     distance: Length = 0.5
     """Distance from the robot's centre to the wall that it follows, where there is room, m."""
     corridor: Length = 1.55
     """A passage up to this width is a corridor, in whose middle the robot drives unless it follows a wall, m."""
     keep_off: Length = 0.4
-    """Driving straight on, a wall at a side is kept at least this far from the robot's centre, m."""
+    """Driving straight on, a wall on one side is kept at least this far from the robot's centre, m."""
     reach: Length = 1.2
     """A wall farther to the side than this does not guide the robot, m."""
     beyond: Length = 0.4
@@ -59,11 +59,11 @@ class PassageSettings(Settings):
     reach: Length = 1.5
     """Points farther away than this do not bound it, m."""
     alongside: Length = 0.15
-    """How far in front of an obstacle the walls at the sides are taken for the passage's, m."""
+    """How far in front of an obstacle the walls on the sides are taken for the passage's, m."""
     aside: Length = 0.3
     """A gap farther aside than this from the robot's middle is another way, not the robot's passage, m."""
     spare: Length = 0.05
-    """A gap must leave this at either side of the robot, m."""
+    """A gap must leave this on either side of the robot, m."""
 
 
 class OpeningSettings(Settings):
@@ -161,7 +161,7 @@ class SafetySettings(Settings):
     turn_away: Length = 0.04
     """Of that distance a robot that cannot move sideways may lose this much by a turn away from a wall beside it, m."""
     spare: Length = 0.03
-    """In a narrow passage the margin is what a robot in its middle has at either side, less this, m."""
+    """In a narrow passage the margin is what a robot in its middle has on either side, less this, m."""
     foresee: Length = 0.35
     """Up to so far ahead of the robot's centre a passage may be narrower, m: where it can stop, and the margin there.
     Much farther ahead a turning robot would take the wall that it turns away from for one side of a narrow passage."""
@@ -183,7 +183,7 @@ class SkillSettings(Settings):
     passage: PassageSettings = PassageSettings()
     """The gap that the robot drives in."""
     opening: OpeningSettings = OpeningSettings()
-    """Openings and corners at a side."""
+    """Openings and corners on one side."""
     target: TargetSettings = TargetSettings()
     """Driving to a target."""
     rotate: RotateSettings = RotateSettings()

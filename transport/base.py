@@ -76,8 +76,8 @@ class Holonomic(Settings):
 class Differential(Settings):
     """A base with two driven wheels on one axle below the robot's origin; it cannot move sideways.
 
-    A velocity of the robot is one of the rims: ``forward - turn * track / 2`` at the left, ``forward + turn * track /
-    2`` at the right. Whatever is cut is cut from both, so that the robot stays on its circle.
+    A velocity of the robot is one of the rims: ``forward - turn * track / 2`` on the left, ``forward + turn * track /
+    2`` on the right. Whatever is cut is cut from both, so that the robot stays on its circle.
     """
 
     kind: Literal["differential"]

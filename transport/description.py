@@ -145,7 +145,7 @@ class RobotDescription(Settings):
     @field_validator("base", mode="before")
     @classmethod
     def _with_wheels(cls, base: object, info: ValidationInfo) -> object:
-        """Complete a base that is only named, or lacks values: wheels at the robot's sides, as fast as its limits."""
+        """Complete a base that is only named, or lacks values: wheels on the robot's sides, as fast as its limits."""
         named = {"kind": base} if isinstance(base, str) else base
         footprint, limits = info.data.get("footprint"), info.data.get("limits")
         if not isinstance(named, dict) or named.get("kind") != "differential" or footprint is None or limits is None:

@@ -35,14 +35,19 @@ class Topic(NamedTuple):
         return f"`{self.path}`" + (f" ({self.kind})" if self.kind else "")
 
 
+def _is_domain(text: str) -> bool:
+    """Whether a part of a key is the number of a ROS domain."""
+    return text.isdecimal() and len(text) <= 9
+
+
 def topic_of(key: str) -> Topic | None:
     """The topic of a key or of a liveliness token of a publisher; None for what is neither."""
     parts = key.split("/")
     if parts[0] == "@ros2_lv":
-        if len(parts) < 12 or parts[5] != "MP" or not parts[1].isdecimal():
+        if len(parts) < 12 or parts[5] != "MP" or not _is_domain(parts[1]):
             return None
         return Topic("rmw_zenoh", int(parts[1]), parts[9].strip("%").replace("%", "/"), parts[10])
-    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and parts[0].isdecimal():
+    if len(parts) > 3 and parts[-1].startswith("RIHS01_") and _is_domain(parts[0]):
         return Topic("rmw_zenoh", int(parts[0]), "/".join(parts[1:-2]), parts[-2])
     return None if key.startswith("@") else Topic("bridge", 0, key)
 

@@ -91,7 +91,8 @@ def key_of(location: tuple[int | str, ...]) -> str:
 def _wanted(kind: str, limits: dict[str, object]) -> str:
     if kind in _BOUNDS:
         limit, words = _BOUNDS[kind]
-        return f"{words} {limits[limit]:g}"
+        bound = limits[limit]
+        return f"{words} {bound if isinstance(bound, int) else f'{bound:g}'}"
     if kind in _SIZES:
         limit, words = _SIZES[kind]
         return f"{words.format(limits[limit])} long"

@@ -31,13 +31,13 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Considered:
-    """One transition in one selection.
+    """A transition that a selection considered.
 
     Attributes:
         transition: the transition.
         trigger: the trigger of the selection: an event's name, ``always``, ``after`` or ``when``.
         verdict: its verdict.
-        conditions: each condition of its guard, as text, with its value; None where it did not matter or failed.
+        conditions: each condition of its guard, as text, with its value; None if it did not matter or failed.
         values: the signals and variables in the conditions that were evaluated, as text, with their values.
         remaining: for a time-out that is not due: the seconds to go.
     """

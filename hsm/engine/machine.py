@@ -17,7 +17,7 @@ from hsm.model.registry import E, F
 class Machine(CompiledChart, Generic[F, E]):
     """A compiled machine. It never changes, and serves any number of runs, also in several threads.
 
-    ``Machine[F, E]`` is one whose runs are given facts of type ``F`` and give effects of type ``E``, as its library's.
+    The runs of a ``Machine[F, E]`` take facts of type ``F`` and return effects of type ``E``, as its library does.
 
     Attributes:
         model: the declaration.
@@ -61,13 +61,13 @@ class Machine(CompiledChart, Generic[F, E]):
 
 
 def build(model: Model) -> Machine:
-    """The machine of a declaration.
+    """Compile a declaration to a machine.
 
     Args:
-        model: a machine as data, such as ``check_text`` gives.
+        model: a machine as data, such as the result of ``check_text``.
 
     Raises:
-        TypeError: it is something else.
+        TypeError: the argument is not a ``Model``.
     """
     if not isinstance(model, Model):
         raise TypeError(f"a machine is built from a Model, not from {shown(model)}")

@@ -36,11 +36,11 @@ class Microstep:
 class Macrostep:
     """The record of one step: an immutable value; details are computed on demand.
 
-    Two records are equal if the same was done at the same time. The truth value is whether anything was done.
+    Two records are equal if their steps did the same at the same time. A record is true if the step did anything.
 
     Attributes:
-        raw: what the step records; everything else is computed from it.
-        sending: the events that it has sent to other machines; not set where that is none. See ``sent``.
+        raw: the recorded data; everything else is computed from it.
+        sending: the events that it has sent to other machines; not set if there are none. See ``sent``.
     """
 
     # One is made every tick, which itself takes less than a microsecond: what the step records is set from
@@ -62,7 +62,7 @@ class Macrostep:
 
     @property
     def record(self) -> StepRecord:
-        """What the step records."""
+        """The recorded data of the step."""
         return record_of(self.raw)
 
     @property
@@ -72,15 +72,15 @@ class Macrostep:
 
     @property
     def microsteps(self) -> tuple[Microstep, ...]:
-        """What was done, one microstep after the other."""
+        """The microsteps of the step, in order."""
         model = self._model
         return tuple(_microstep(model, one.trigger, one.plan) for one in self.selections if one.plan is not None)
 
     def begun(self, count: int) -> Macrostep:
-        """The same step as far as its first microsteps: what they did, and the states after them.
+        """The same step up to some of its microsteps: what they did, and the states after them.
 
         Args:
-            count: how many microsteps.
+            count: the number of microsteps.
         """
         fired = [number for number, one in enumerate(self.selections) if one.plan is not None]
         if count >= len(fired):
@@ -131,7 +131,7 @@ class Macrostep:
 
     @property
     def ignored(self) -> tuple[str, ...]:
-        """The events that nothing reacted to, in order."""
+        """The events to which no transition reacted, in order."""
         return tuple(str(one.trigger) for one in self._events() if one.plan is None)
 
     @property
@@ -144,7 +144,7 @@ class Macrostep:
 
     @property
     def verdicts(self) -> tuple[Considered, ...]:
-        """``considered``, and the transitions of the active states that nothing led the step to consider."""
+        """``considered``, and the transitions of the active states that the step had no reason to consider."""
         considered = self.considered
         return (*considered, *idle(self.record, considered))
 

@@ -83,7 +83,7 @@ class Supervisor(Generic[F, E]):
 
     @property
     def configuration(self) -> frozenset[str]:
-        """Full names of all active states, compound ones included, the root not."""
+        """Full names of all active states, including compound ones but not the root."""
         return self._state.configuration.names
 
     @property
@@ -93,7 +93,7 @@ class Supervisor(Generic[F, E]):
 
     @property
     def due(self) -> float:
-        """When the run continues by itself: the first deadline of a time-out or of an event on its way, in seconds.
+        """When the run continues by itself: the first deadline of a time-out or of a delayed event, in seconds.
 
         Infinite if nothing happens without an event, an outcome or a change of a signal.
         """
@@ -101,7 +101,7 @@ class Supervisor(Generic[F, E]):
 
     @property
     def variables(self) -> Mapping[str, Any]:
-        """The values of variables and parameters by their full names; those of states never entered are left out."""
+        """The values of variables and parameters by their full names; states never entered have none."""
         values = self._state.values
         if self._named is None or self._named[0] is not values:  # a step that sets variables makes a new list of them
             named = zip(self.machine.generator.variables, values, strict=True)
@@ -110,42 +110,42 @@ class Supervisor(Generic[F, E]):
 
     @property
     def moment(self) -> tuple[Sequence[Any], frozenset[int]]:
-        """What generated functions need: the values by slot, and the active states by index, the root included."""
+        """The arguments of generated functions: values by slot, and active states by index, with the root."""
         return self._state.values, self._state.configuration.active
 
     @property
     def arguments(self) -> Mapping[str, Sequence[Any]]:
-        """The values that activities were begun with, by the full names of their states; replaced, never changed."""
+        """The arguments of the running activities, by the full names of their states; replaced, never changed."""
         return self._arguments
 
     @property
     def coverage(self) -> Coverage:
-        """What this run has exercised so far."""
+        """The coverage of this run so far."""
         return self._collector.coverage()
 
     # Steps.
 
     def step(self, time: float, events: Sequence[OutsideInput] = (), facts: F | None = None) -> Macrostep:
-        """Let the machine react to its inputs: one macrostep.
+        """Execute one macrostep: the machine reacts to its inputs.
 
-        First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
-        conditions, until nothing fires any more.
+        The step handles the outcomes of activities and the given events, one after the other, then due time-outs, then
+        conditions until none fires.
 
         Args:
             time: logical time in seconds; it never runs backwards.
-            events: events from outside, in the order in which they happened: their names, with what they carry as
-                texts such as ``floor(number = 3)`` or as ``Occurrence``; among them new values for adjustable
-                parameters, as texts such as ``cruise = 0.3 m/s`` or as ``Adjustment``.
+            events: events from outside, in the order in which they happened: names, texts with data such as
+                ``floor(number = 3)``, or ``Occurrence``. New values for adjustable parameters are among them, as texts
+                such as ``cruise = 0.3 m/s`` or as ``Adjustment``.
             facts: the argument of the signals and actions in this step.
 
         Returns:
-            What was done.
+            The record of the step.
 
         Raises:
-            MachineFault: something failed that the machine does not handle, or its transitions spin; the machine is as
-                it was before the step.
-            ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, it
-                carries something else than declared, or a parameter is not adjustable to a value.
+            MachineFault: something failed and the machine does not handle it, or its transitions repeat without end;
+                the machine is in the state before the step.
+            ValueError: the time is before that of the last step, infinite or NaN; an event is not declared, or its data
+                differs from its declaration; or a parameter cannot be adjusted to a value.
             TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
                 type.
         """
@@ -232,8 +232,8 @@ class Supervisor(Generic[F, E]):
     def reload(self, machine: CompiledChart) -> None:
         """Continue with a changed machine.
 
-        Variables, time-outs and history are kept where the new machine still has them; activities keep running if their
-        state has the same one. Coverage starts again.
+        Variables, time-outs and history are kept if the new machine still has them; an activity continues if its state
+        still has the same one. Coverage starts again.
 
         Args:
             machine: the changed machine.
@@ -271,13 +271,13 @@ class Supervisor(Generic[F, E]):
     def act(self, facts: F) -> Sequence[tuple[str, E]]:
         """Tick the running activities, in document order.
 
-        An outcome is kept for the next step; an activity that is over is not ticked again.
+        An outcome is kept for the next step; an activity that has ended is not ticked again.
 
         Args:
             facts: the argument of the activities.
 
         Returns:
-            The name of the state and the effect, for each activity that gave one.
+            The name of the state and the effect, for each activity that returned one.
 
         Raises:
             MachineFault: an activity failed and no transition in its scope handles a fault.

@@ -27,8 +27,8 @@ class Inputs(Generic[F]):
     Attributes:
         time: logical time of the step in seconds.
         events: events from outside, in the order in which they happened, as for ``Supervisor.step``.
-        outcomes: how activities have ended since the step before, by the full name of their state.
-        facts: what the signals and actions of the step are given.
+        outcomes: the outcomes of activities since the previous step, by the full name of their state.
+        facts: the argument of the signals and actions in this step.
     """
 
     time: float
@@ -56,10 +56,10 @@ def transition(
     Raises:
         MachineFault: something failed that the machine does not handle, or its transitions spin.
         SnapshotError: the snapshot does not fit the machine.
-        ValueError: the time is before that of the snapshot or not finite, nobody declares an event, it carries
-            something else than declared, or no activity that runs has such an outcome.
-        TypeError: the time is not a number, the events are not a list of events, one carries a value of another
-            type, or an argument is something else than the signature says.
+        ValueError: the time is before that of the snapshot or not finite, an event is not declared or its data differs
+            from its declaration, or no running activity has such an outcome.
+        TypeError: the time is not a number, the events are not a list of events, one carries a value of another type,
+            or an argument does not have the type in the signature.
     """
     if not isinstance(machine, CompiledChart):
         raise TypeError(f"a transition is of a Machine, not of {shown(machine)}")

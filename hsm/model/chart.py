@@ -391,28 +391,27 @@ class Adjustable:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A whole machine.
+    """The declaration of a machine.
 
     Attributes:
         name: the machine's name.
         states: all states in document order; ``states[0]`` is the root.
         transitions: all transitions in document order.
         variables: all variables in document order.
-        parameters: what may be set when a run is started, with defaults in SI units.
-        derived: how a parameter that is not given follows from those before it, by its name; its default follows from
-            their defaults.
+        parameters: the values that can be set at the start of a run, with defaults in SI units.
+        derived: for each parameter with a computed default, the expression over the parameters before it, by its name.
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
-        properties: what must hold of every run, those of instances included.
+        properties: the claims about every run, including those of instances.
         events: the events that may come from outside: those that the machine, its imports and its library declare; None
             if nothing is declared and any event may come, as in SCXML.
-        store: what a chart's data is before it begins; None for a machine without a data model.
+        store: the initial data of a chart; None for a machine without a data model.
         enumerations: those that its files declare.
-        event_data: what its events carry, of those that carry anything.
-        exposed: the variables that a machine which imports this one may read.
+        event_data: the data of its events, for those that carry data.
+        exposed: the variables that importing machines may read.
         members: the states that are machines with a robot and events of their own.
         adjustable: the parameters that an operator may change while the machine runs.
-        assumptions: what is taken for granted of the world around, in every run; those of instances included.
+        assumptions: the claims about the robot's surroundings that proofs assume, including those of instances.
     """
 
     name: str
@@ -434,7 +433,7 @@ class Model:
     assumptions: tuple[Property, ...] = ()
 
     def data_of(self, event: str) -> EventData | None:
-        """What an event carries; None where that is nothing."""
+        """The data of an event; None if it carries none."""
         return next((one for one in self.event_data if one.event == event), None)
 
     def defers_events(self) -> bool:
@@ -442,5 +441,5 @@ class Model:
         return any(isinstance(one.trigger, Defer) for one in self.transitions)
 
     def adjustable_named(self, parameter: str) -> Adjustable | None:
-        """The bounds of an adjustable parameter; None where it is not adjustable."""
+        """The bounds of an adjustable parameter; None if it is not adjustable."""
         return next((one for one in self.adjustable if one.parameter == parameter), None)

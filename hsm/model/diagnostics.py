@@ -9,7 +9,7 @@ from hsm.model.values import dataclass
 
 
 class Severity(IntEnum):
-    """How much a diagnostic matters: only an error keeps a machine from being built."""
+    """The severity of a diagnostic: only an error prevents a machine from being built."""
 
     NOTE = 1
     WARNING = 2
@@ -18,7 +18,7 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True, slots=True, order=True)
 class Place:
-    """A stretch of a source file; lines and columns count from 1, the end column is one past the last character."""
+    """A range in a source file; lines and columns count from 1, and the end column is one past the last character."""
 
     file: str
     line: int
@@ -40,13 +40,13 @@ class Related:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One diagnostic.
+    """A diagnostic of the checker.
 
     Attributes:
-        code: stable code with a section of its own in the reference, such as ``E0201``.
+        code: stable code, such as ``E0201``; each has a section in the reference.
         severity: whether the machine can still be built.
         message: the reason in the author's words.
-        place: where; None where it concerns no place in a file.
+        place: its place in a file; None if it has none.
         suggestion: how to fix it, such as ``did you mean `turn_left`?``.
         related: further places.
     """
@@ -65,7 +65,7 @@ class Diagnostic:
 
 
 class MachineError(Exception):
-    """A machine that cannot be built; it has all diagnostics, at least one an error."""
+    """The machine cannot be built; the exception has all diagnostics, at least one of which is an error."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)

@@ -13,8 +13,8 @@ class MachineFault(Exception):  # noqa: N818 - a fault is the language's word
 
     Attributes:
         reason: what went wrong.
-        state: full name of the state concerned.
-        place: where in the machine's file it is written; None where the machine was not read from a file.
+        state: full name of the state in which it failed.
+        place: its place in the machine's file; None if the machine was not read from a file.
     """
 
     def __init__(self, reason: str, state: str, place: Place | None) -> None:
@@ -25,4 +25,4 @@ class MachineFault(Exception):  # noqa: N818 - a fault is the language's word
 
 
 class Spin(MachineFault):
-    """Transitions that follow one another without end within one step."""
+    """Transitions that repeat without end within one step."""

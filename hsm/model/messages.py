@@ -18,7 +18,7 @@ class Occurrence:
 
     Attributes:
         name: the event's name.
-        data: the value of each part of its data, by name, in SI units.
+        data: the value of each field of its data, by name, in SI units.
     """
 
     name: str

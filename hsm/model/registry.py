@@ -63,23 +63,23 @@ class Outcome:
 
 
 class Activity(Protocol[FactsT_contra, EffectT_co]):
-    """What runs while a state is active: made on entry, ticked once a step, dropped on exit."""
+    """An activity runs while a state is active: it is created on entry, ticked once per step, and dropped on exit."""
 
     def tick(self, facts: FactsT_contra, /) -> EffectT_co | Outcome | None:
-        """Do the part of one step.
+        """Do the work of one step.
 
         Args:
-            facts: what is known in this step.
+            facts: the facts of this step.
 
         Returns:
-            An effect for the caller, such as a velocity; an ``Outcome`` when the activity is over; None for neither.
+            An effect for the caller, such as a velocity; an ``Outcome`` when the activity has ended; None for neither.
         """
         ...
 
 
 @runtime_checkable
 class Stoppable(Protocol):
-    """An activity that wants to know when its state is left."""
+    """An activity that is notified when its state is left."""
 
     def stop(self) -> None:
         """Called once, when the state is left."""
@@ -204,20 +204,20 @@ _A = TypeVar("_A", bound=Callable[..., Activity[Any, Any]])
 
 @dataclass(slots=True)
 class Library(Generic[F, E]):
-    """A named set of declarations; filled by decorators when a robot's modules are imported, then only read.
+    """A named set of declarations, filled by decorators when a robot's modules are imported, then only read.
 
-    ``Library[F, E]`` is one whose signals, actions and activities are given facts of type ``F``, and whose activities
-    give effects of type ``E``; machines and runs that come from it have the same two types.
+    The signals, actions and activities of a ``Library[F, E]`` take facts of type ``F``, and its activities return
+    effects of type ``E``; its machines and their runs have the same two types.
 
     Attributes:
-        name: for messages.
+        name: the name used in messages.
         signals: the signals, by name.
         activities: the activities, by name.
         actions: the one-shot actions, by name.
         events: the events that may come from outside, by name.
-        constants: the values that are known beforehand, by name.
-        enumerations: the enumerations that any of them uses, by name.
-        folders: where machines lie that any machine may import by name, if there is none beside it.
+        constants: the values that are known before a run, by name.
+        enumerations: the enumerations that the declarations use, by name.
+        folders: folders with machines that any machine may import by name, unless there is one beside it.
     """
 
     name: str
@@ -303,12 +303,12 @@ class Library(Generic[F, E]):
         """Declare an event that may come from outside.
 
         Args:
-            name: what is sent.
+            name: the name of the event.
             doc: when it is sent.
-            data: what it carries: the types of its parts by name, written as annotations.
+            data: the data that it carries: the types of its fields by name, written as annotations.
 
         Raises:
-            RegistryError: the name is taken, or a type is none of the language.
+            RegistryError: the name is taken, or a type does not exist in the language.
         """
         if not isinstance(data, Mapping | None):
             raise RegistryError(f"`{name}`: the data of an event is a mapping from names to types, not {data!r:.40}")

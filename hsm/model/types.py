@@ -101,13 +101,13 @@ _FAR = 400
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit: the quantity it measures and how many SI units it is.
+    """A unit: its quantity and its value in SI units.
 
     Used as an annotation in the registry: ``Annotated[float, UNITS["m/s"]]``; values are passed in SI units.
 
     Attributes:
         name: how it is written.
-        quantity: what it measures.
+        quantity: the quantity that it measures.
         scale: its value in SI units, exactly; for a degree to fifty digits.
     """
 
@@ -117,7 +117,7 @@ class Unit:
 
     @property
     def factor(self) -> float:
-        """How many SI units it is, as the nearest float."""
+        """Its value in SI units, as the nearest float."""
         return float(self.scale)
 
 

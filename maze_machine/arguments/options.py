@@ -44,7 +44,7 @@ GoalOption = Annotated[
     str | None,
     typer.Option(
         metavar="GOAL",
-        help='The goal: "exit", a place to reach and how near ("X Y [RADIUS]"), "survive SECONDS" or "none". '
+        help='The goal: "exit", a place to reach ("X Y [RADIUS]"), "survive SECONDS" or "none". '
         "Default: what the file says.",
     ),
 ]

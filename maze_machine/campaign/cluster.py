@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import re
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
@@ -11,13 +12,14 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
-from maze_machine.errors import CommandError, ExitStatus, missing_package
+from maze_machine.errors import CommandError, ExitStatus, UsageError, missing_package
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
 FIRST, AGAIN = 10.0, 60.0
 """The timeout for connecting to a scheduler: when a campaign begins, and after it was lost, s."""
+_ADDRESS = re.compile(r"((?P<scheme>tcp|tls|ws|wss)://)?(\[[0-9A-Fa-f:.%\w]+\]|[\w.-]+):(?P<port>[0-9]+)")
 FRUITLESS = 5
 """How often in a row a scheduler may be lost without a result in between."""
 
@@ -36,9 +38,10 @@ def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Ite
     If the scheduler is lost and comes back, the unfinished jobs are submitted again.
 
     Raises:
-        ClusterError: dask is not installed, no scheduler answers, or it is lost for good.
+        UsageError: dask is not installed, or the address is none of a scheduler. ClusterError: no scheduler answers,
+            or it is lost for good.
     """
-    clients = [_client(address, FIRST)]
+    clients = [_client(_checked(address), FIRST)]
     with _quiet():
         try:
             yield _records(clients, setup, list(jobs), address)
@@ -61,11 +64,25 @@ def _quiet() -> Iterator[None]:
             logger.setLevel(level)
 
 
+def _checked(address: str) -> str:
+    """The address itself, if it is one of a scheduler.
+
+    Raises:
+        UsageError: it is not.
+    """
+    found = _ADDRESS.fullmatch(address)
+    if found is None or len(found["port"]) > 5 or not 0 < int(found["port"]) < 2**16:
+        raise UsageError(f"`{address}` is not the address of a scheduler", "write HOST:PORT, such as 127.0.0.1:8786")
+    return address
+
+
 def _client(address: str, patience: float) -> Client:
     try:
-        from distributed import Client  # noqa: PLC0415 - an extra
+        from distributed import Client, Security  # noqa: PLC0415 - an extra
     except ImportError:
         raise missing_package("--scheduler", "dask.distributed", "cluster") from None
+    if address.startswith(("tls:", "wss:")) and Security().get_connection_args("client").get("ssl_context") is None:
+        raise UsageError(f"{address} needs certificates", "name them in dask's `distributed.comm.tls`")
     try:
         return Client(address, timeout=patience, set_as_default=False)
     except (OSError, ValueError) as error:

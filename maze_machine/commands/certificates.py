@@ -29,7 +29,7 @@ def certificates(
 ) -> None:
     """Make a certificate authority and a certificate for every participant of a test network.
 
-    `access.toml` beside them says who may drive which robot; edit it freely. The authority's key is thrown away.
+    `access.toml` beside them says who may drive which robot; edit it freely. The authority's key is discarded.
 
     Example: `maze-machine certificates ca --robot pico1 --controller alice --host 192.168.1.7`
     """

@@ -53,7 +53,7 @@ def check(
 
     Example: `maze-machine check my.maze-machine --deep`
 
-    Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
+    Example: `maze-machine check my.maze-machine --ignore N --sarif > check.sarif`
     """
     from importlib.metadata import version
 

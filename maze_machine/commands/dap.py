@@ -42,8 +42,8 @@ def dap(
     host, _, port = listen.rpartition(":")
     if (host or _LOOPBACK[0]) not in _LOOPBACK:
         raise UsageError(f"the debugger listens on this machine only, not at {host}", f"one of {', '.join(_LOOPBACK)}")
-    if not port.isdecimal() or int(port) > 65535:
-        raise UsageError(f"`{port}` is not a port", "a number up to 65535; 0 takes any")
+    if not port.isdecimal() or len(port) > 5 or int(port) > 65535:
+        raise UsageError(f"`{port[:40]}` is not a port", "a number up to 65535; 0 takes any")
 
     def tell(text: str) -> None:
         print(text, file=sys.stderr, flush=True)

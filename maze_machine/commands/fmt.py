@@ -33,7 +33,7 @@ def fmt(
 
     from hsm.dsl.format.formatter import format_text
     from hsm.dsl.reporting import render
-    from hsm.dsl.syntax.sources import SUFFIX, read_text
+    from hsm.dsl.syntax.sources import SUFFIX, read_text, text_in
     from hsm.model.diagnostics import MachineError
     from maze_machine.catalogue.machines import named_files
     from transport.files import write_text
@@ -45,7 +45,7 @@ def fmt(
     status = ExitStatus.OK
     for name in named:
         try:
-            text = sys.stdin.read() if name == "-" else read_text(name)
+            text = text_in(sys.stdin.buffer, "standard input") if name == "-" else read_text(name)
         except MachineError as error:
             print(render.as_text(error.diagnostics, {}, colour=sys.stderr.isatty()), file=sys.stderr)
             status = ExitStatus.BAD_FILE

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from traceback import walk_tb
+from typing import TYPE_CHECKING
+
 from maze_machine.arguments.options import LibraryOption
 from maze_machine.errors import missing_package
+
+if TYPE_CHECKING:
+    import logging
 
 
 def lsp(library: LibraryOption = None) -> None:
@@ -44,8 +50,19 @@ def lsp(library: LibraryOption = None) -> None:
     protocol = logging.getLogger("pygls.protocol.json_rpc")
     protocol.setLevel(logging.ERROR)
     protocol.addFilter(lambda said: not (said.exc_info and isinstance(said.exc_info[1], JsonRpcInvalidParams)))
+    logging.getLogger("pygls.server").addFilter(_in_one_line)
     gc.freeze()
     gc.enable()
     # A stream of its own: a library that prints must not speak to the editor.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as writing, redirect_stdout(sys.stderr):
         server.start_io(None, writing)
+
+
+def _in_one_line(said: logging.LogRecord) -> bool:
+    """Say what the protocol could not read in one line; a fault in this program keeps its traceback."""
+    error = said.exc_info[1] if said.exc_info else None
+    if error is not None:
+        *_, (frame, _) = walk_tb(error.__traceback__)
+        if frame.f_globals.get("__name__", "").partition(".")[0] in ("pygls", "json", "lsprotocol", "cattrs"):
+            said.msg, said.args, said.exc_info = f"{said.msg}: {type(error).__name__}: {error}"[:500], (), None
+    return True

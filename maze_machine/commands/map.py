@@ -45,7 +45,7 @@ def show(
 ) -> None:
     """Describe a map, draw it as text and save a picture of it.
 
-    The picture shows the walls that were seen, the way from which they were, and how well the places on it are known.
+    The picture shows the walls that were seen, the path of the robot, and how well the places on that path are known.
 
     Example: `maze-machine map show maze.map`
 

@@ -25,7 +25,7 @@ def new(
     ] = False,
     json: JsonOption = False,
 ) -> None:
-    """Make a project: a machine, its tests, a library of its own, something that it drives, editor and CI files.
+    """Create a project: a machine, its tests, its own library, a robot to drive, editor and CI files.
 
     The machine drives a toy robot in a loop that you replace by your own; with `--robot` it drives a robot with a laser
     in the simulator, and its project has a profile and a maze. The new project passes its checks and tests; change it

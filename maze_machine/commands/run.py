@@ -136,13 +136,13 @@ def run(
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
     map_file: Annotated[
         Path | None,
-        typer.Option("--map", metavar="FILE", help="Begin with a map, as an earlier run has saved it."),
+        typer.Option("--map", metavar="FILE", help="Begin with a map that an earlier run saved."),
     ] = None,
     at: Annotated[
         str | None,
         typer.Option(
             metavar='"X Y DEGREES"',
-            help="Where the robot is on that map; `start` is where the map was begun. Default: it finds out itself.",
+            help="Where the robot is on that map; `start` is where the map was begun. Default: the robot finds it out.",
         ),
     ] = None,
     save_to: Annotated[

@@ -56,7 +56,7 @@ def sim(
 ) -> None:
     """Simulate a robot in a maze for a controller in another process.
 
-    One line reports that it is ready, and one line each reports the result of an episode. Ctrl-C ends it. Without
+    It prints one line when it is ready, and one line with the result of each episode. Ctrl-C ends it. Without
     `--realtime` each period of the simulation waits for its command. With `link.gate=false` or `link.keys=rmw_zenoh`
     it is a bare ROS 2 robot, which any program may command, always in real time.
 
@@ -68,6 +68,7 @@ def sim(
 
     from maze_machine.arguments.network import joined
     from maze_machine.catalogue.profile import chosen_profile
+    from maze_machine.errors import UsageError
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
@@ -79,6 +80,8 @@ def sim(
     profile = chosen_profile(robot, None, settings or ())
     description = profile.robot
     realtime = realtime or not profile.link.gate
+    if realtime and speed is not None:
+        raise UsageError("--speed is for a simulator that waits for its controller", "leave it out in real time")
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     drawn = find_maze(maze, words.choices(), robot=description)
     world = simulator_settings(simulate or (), fault or ())

@@ -106,7 +106,8 @@ def _on_page(
 def _typed(names: Any) -> Iterator[str]:
     """The lines that somebody types, or that are piped in."""
     if not sys.stdin.isatty():
-        yield from sys.stdin
+        # What is not UTF-8 is a command that nobody knows.
+        yield from (line.decode(errors="replace") for line in sys.stdin.buffer)
         return
     import readline
 

@@ -31,11 +31,14 @@ if TYPE_CHECKING:
 
 def sweep(
     machines: Annotated[
-        list[str], typer.Option(metavar="A,B,...", help="Machines: files or names, with commas; may be repeated.")
+        list[str],
+        typer.Option(metavar="A,B,...", help="Machines: files or names, separated by commas; may be repeated."),
     ],
     mazes: Annotated[
         list[str],
-        typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
+        typer.Option(
+            metavar="A,B,...", help="Mazes: files, folders of files or names, separated by commas; may be repeated."
+        ),
     ],
     out: Annotated[
         Path, typer.Option(metavar="FILE", help="The results, one JSON line per run; resumed if the file exists.")
@@ -101,7 +104,7 @@ def sweep(
             with columns_in(columns) as write, shown(len(todo)) as advance:
                 doing = (
                     on_cluster(setup, todo, scheduler)
-                    if scheduler
+                    if scheduler is not None
                     else on_cores(setup, todo, workers or os.cpu_count() or 1)
                 )
                 with doing as done:

@@ -91,7 +91,8 @@ def test(
     requirements: Annotated[
         bool,
         typer.Option(
-            "--requirements", help="Print which properties, scenarios and states cover each requirement; fail for gaps."
+            "--requirements",
+            help="Print which properties, scenarios and states cover each requirement; fail if one is not covered.",
         ),
     ] = False,
     html: Annotated[

@@ -78,7 +78,9 @@ def send(
     ] = None,
     pause: Annotated[bool, typer.Option("--pause", help="Pause a simulation.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Resume it.")] = False,
-    advance: Annotated[int | None, typer.Option(min=1, metavar="TICKS", help="Advance it by this many ticks.")] = None,
+    advance: Annotated[
+        int | None, typer.Option(min=1, max=1_000_000, metavar="TICKS", help="Advance it by this many ticks.")
+    ] = None,
     pause_at: Annotated[
         str | None,
         typer.Option(
@@ -90,7 +92,7 @@ def send(
     ] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
-    """Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.
+    """Send an event to a running machine, change a parameter, or pause, resume or end its run.
 
     The event and the change are part of the run: the trace and the recording contain them, and a replay repeats them.
 
@@ -100,17 +102,24 @@ def send(
 
     Example: `maze-machine send --stop`
     """
+    from pydantic import ValidationError
+
     from maze_machine.arguments.parameters import split_setting
     from maze_machine.remote.messages import AdvanceRun, EndRun, Pause, PauseAt, Resume, SendEvent, SetParameter
     from maze_machine.remote.reaching import reaching
+    from transport.wording import in_words
 
-    asked: list[Any] = [SendEvent(name=event)] if event else []
-    if setting is not None:
-        name, value = split_setting(setting, "--set")
-        asked.append(SetParameter(parameter=name, value=value))
-    asked += [PauseAt(at=pause_at)] if pause_at is not None else []
+    asked: list[Any] = []
+    try:
+        asked += [SendEvent(name=event)] if event else []
+        if setting is not None:
+            name, value = split_setting(setting, "--set")
+            asked.append(SetParameter(parameter=name, value=value))
+        asked += [PauseAt(at=pause_at)] if pause_at is not None else []
+        asked += [AdvanceRun(ticks=advance)] if advance is not None else []
+    except ValidationError as error:
+        raise UsageError(in_words(error.errors(include_url=False)[0])[:200]) from None
     asked += [Pause()] * pause + [Resume()] * resume + [EndRun()] * stop
-    asked += [AdvanceRun(ticks=advance)] if advance is not None else []
     if len(asked) != 1:
         raise UsageError("give one thing to do", "an event, --set, --pause, --pause-at, --resume, --advance or --stop")
     with reaching(connect, robot, identity) as machine:

@@ -64,8 +64,8 @@ class SetSpeed(_Question):
     """Change the speed; only if time is simulated and waits for the controller."""
 
     kind: Literal["speed"] = "speed"
-    factor: Annotated[float, Field(gt=0, le=1000)] | None = None
-    """A multiple of real time; None for as fast as it can."""
+    factor: Annotated[float, Field(ge=0.001, le=1000)] | None = None
+    """A multiple of real time, 0.001 to 1000; None for as fast as it can."""
 
 
 class PauseAt(_Question):

@@ -105,7 +105,8 @@ class OperatedRun:
                         self._keep()
                 self._stands = False
             while not self._ended and self._speed is not None and (left := self._due - time.monotonic()) > 0:
-                self._change.wait(left)
+                if not self._change.wait(min(left, KEEP)) and left > KEEP:
+                    self._keep()
             if self._speed is not None:
                 self._due = max(self._due, time.monotonic() - self._period) + self._period / self._speed
 

@@ -150,6 +150,6 @@ def moment_text(moment: Moment) -> str:
 def _count(text: str) -> int:
     if not text:
         return 1
-    if not text.isdecimal() or not 1 <= int(text) <= 100_000:
-        raise SessionError(f"`{text}` is not a count")
+    if not text.isdecimal() or len(text) > 6 or not 1 <= int(text) <= 100_000:
+        raise SessionError(f"`{text[:40]}` is not a count: write 1 to 100000")
     return int(text)

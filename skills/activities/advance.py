@@ -17,7 +17,7 @@ class Advance(Drive):
     """Drive a distance straight on, like `drive`.
 
     The robot does not stop at the end, so the next activity need not start from rest; `move` stops. Outcomes: `done`
-    when it is driven, `blocked` when the robot makes no progress.
+    after the distance, `blocked` when the robot makes no progress.
     """
 
     def __init__(self, distance: Length, speed: Speed = 0.5) -> None:

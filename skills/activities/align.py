@@ -21,11 +21,11 @@ PATIENCE = 4.0
 
 @LIBRARY.activity("align", outcomes=("done", "blocked"), holds=("base",))
 class Align(Skill):
-    """Align with the walls and move sideways to the usual distance from the wall at a side.
+    """Align with the walls and move sideways to the usual distance from the wall on one side.
 
     In a corridor too narrow for that distance the robot moves to the middle. A distance of zero means the robot's usual
     one. A robot whose base cannot move sideways only turns: it reaches that distance while driving on. Outcomes:
-    `done`; `blocked` when there is no wall at that side, or the robot cannot get there.
+    `done`; `blocked` when there is no wall on that side, or the robot cannot get there.
     """
 
     def __init__(self, side: Side = Side.RIGHT, distance: Length = 0.0) -> None:

@@ -25,14 +25,15 @@ CLOSE = 0.35
 
 @LIBRARY.activity("arc", outcomes=("done", "blocked"), holds=("base",))
 class Arc(ToOpening):
-    """Turn into the opening at a side while driving on.
+    """Turn into the opening on one side while driving on.
 
-    The distances to the opening's corners give the radius of a quarter circle that ends in the middle of the opening,
-    in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
-    Along the circle the path's speed is fed forward; the distance from where the robot should be is fed back: for the
-    angle that it has turned, or, where its base cannot move sideways, for its place. A turn, once begun, is always
-    completed, on the spot if necessary. A robot that cannot move sideways turns on the spot, too, where it does not get
-    to where the circle begins. Outcomes: `done`, `blocked` when the robot does not get there, or cannot turn.
+    The distances to the opening's corners give the radius of a quarter circle. The circle ends in the middle of the
+    opening or, in a wide opening, at the usual distance of a wall from the corner. At its beginning a local frame is
+    set in the odometry. The speed along the circle is fed forward, and the deviation from it is fed back: from the
+    position for the angle turned, or, if the base cannot move sideways, from the circle. A turn that has begun is
+    always completed, on the spot if necessary. A robot that cannot move sideways also turns on the spot if it cannot
+    reach the beginning of the circle. Outcomes: `done`; `blocked` when the robot does not reach the opening, or cannot
+    turn.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:

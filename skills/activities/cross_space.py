@@ -20,10 +20,10 @@ LOST = Outcome("lost")
 
 @LIBRARY.activity("cross_space", outcomes=("done", "lost", "blocked"), holds=("base",))
 class CrossSpace(FollowWall):
-    """Cross an open space along the wall at a side, as `follow_wall` does, to where the space or the wall ends.
+    """Cross an open space along the wall on one side, like `follow_wall`, until the space or the wall ends.
 
-    Outcomes: `done` at the far side, where a wall is ahead or a corridor begins; `lost` where the wall ends at
-    that side, as at an opening, or is not there at all; `blocked` when the robot makes no progress.
+    Outcomes: `done` at the far side, where a wall is ahead or a corridor begins; `lost` when the wall on that
+    side ends, for example at an opening, or when there is none; `blocked` when the robot makes no progress.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 0.0) -> None:

@@ -14,7 +14,7 @@ from transport.messages import Command
 
 @LIBRARY.activity("drive", outcomes=("blocked",), holds=("base",))
 class Drive(Skill):
-    """Drive straight on along the walls, in the middle of a corridor, off the walls of a wider space.
+    """Drive straight on along the walls, in the middle of a corridor, at a distance from the walls of a wider space.
 
     Outcomes: `blocked` when the robot makes no progress.
     """

@@ -62,10 +62,9 @@ class OnMap(Skill):
 class Explore(OnMap):
     """Drive to the edge of the map, repeatedly, until no reachable edge is left.
 
-    It chooses the edge from which the way out of the maze would be the shortest, the way to the edge included, if all
-    that has not been seen were free. If an earlier attempt has found the way out, it drives there as long as no wall
-    blocks it. It begins a map if there is none. Outcomes: `explored` when all reachable space has been seen; `blocked`
-    when the robot makes no progress.
+    It chooses the edge with the shortest way out of the maze through it, where the unseen area counts as free. If an
+    earlier attempt has found the way out, it drives there unless a wall blocks the way. It begins a map if there is
+    none. Outcomes: `explored` when all reachable space has been seen; `blocked` when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:

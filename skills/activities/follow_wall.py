@@ -12,11 +12,11 @@ from skills.sides import Side
 
 @LIBRARY.activity("follow_wall", outcomes=("blocked",), holds=("base",))
 class FollowWall(Drive):
-    """Drive along the wall at a side, held at a distance by a virtual spring with a dead zone.
+    """Drive along the wall on one side, at a distance that a virtual spring with a dead zone controls.
 
-    Where the corridor is narrower than twice the distance the robot drives in its middle; where there is no wall to
-    follow it drives straight on. A distance of zero means the robot's usual one. Outcomes: `blocked` when the robot
-    makes no progress.
+    In a corridor narrower than twice the distance the robot drives in the middle; if there is no wall to follow, it
+    drives straight on. A distance of zero means the robot's usual one. Outcomes: `blocked` when the robot makes no
+    progress.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 0.0) -> None:

@@ -17,11 +17,11 @@ from transport.messages import Command
 
 @LIBRARY.activity("go_to", outcomes=("done", "none", "blocked"), holds=("base",))
 class GoTo(OnMap):
-    """Drive over the map to a place: where it began, the one marked, the way out, the nearest edge or possible door.
+    """Drive over the map to a place: its start, the marked place, the way out, the nearest edge or possible door.
 
     The nearest edge and door are chosen once. It begins a map if there is none. Outcomes: `done` when the robot is
-    there, in whatever direction it faces; `none` when no way leads there, or no such place is known; `blocked` when the
-    robot makes no progress.
+    there, with any heading; `none` when no way leads there, or no such place is known; `blocked` when the robot makes
+    no progress.
     """
 
     def __init__(self, to: Destination, speed: Speed = 0.5) -> None:

@@ -15,9 +15,9 @@ from transport.messages import Command
 class MakeRoom(Skill):
     """Move away from obstacles until there is room around the robot.
 
-    The push of each hit within reach falls with its distance. A base that cannot move sideways goes forward or back,
-    and turns where it is pushed to a side. Outcomes: `done` when there is room, `blocked` when that takes too long, as
-    in a narrow place.
+    Each hit within reach pushes the robot, less with distance. A base that cannot move sideways drives forward or back,
+    and turns if it is pushed to a side. Outcomes: `done` when there is room; `blocked` when that takes too long, for
+    example in a narrow place.
     """
 
     def __init__(self, timeout: Duration = 2.0) -> None:

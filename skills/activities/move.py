@@ -18,12 +18,12 @@ THERE = 0.02
 
 @LIBRARY.activity("move", outcomes=("done", "blocked"), holds=("base",))
 class Move(Skill):
-    """Move in a straight line and come to rest, without turning where the base can move so.
+    """Move in a straight line and stop, without turning if the base can move so.
 
-    The way is given relative to the first pose: metres forward and metres to the left, negative to the right. Backwards
-    is not possible, because the laser does not see what is behind; turn first. Odometry measures the way; walls do not
-    guide the robot, only the guard keeps it off them. A base on two wheels moves forward only. Outcomes: `done` within
-    2 cm; `blocked` when the robot makes no progress.
+    The way is given relative to the first pose: metres forward and metres to the left, negative to the right. The robot
+    cannot move backwards, because the laser does not see what is behind; turn first. Odometry measures the way; walls
+    do not guide the robot, but the guard keeps it away from them. A base on two wheels moves forward only. Outcomes:
+    `done` within 2 cm; `blocked` when the robot makes no progress.
     """
 
     @classmethod

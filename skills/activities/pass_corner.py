@@ -19,9 +19,9 @@ PARALLEL = math.radians(10)
 
 @LIBRARY.activity("pass_corner", outcomes=("done", "blocked"), holds=("base",))
 class PassCorner(ToOpening):
-    """Drive past the end of the wall at a side: to the middle of the opening, or as far as a wall is kept off.
+    """Drive past the end of the wall on one side: to the middle of the opening, or a distance past it.
 
-    There the robot can turn into the opening and has the corner as far at its side as a wall that it follows. A `past`
+    There the robot can turn into the opening, and the corner is as far beside it as a wall that it follows. A `past`
     of zero means the robot's usual distance. Outcomes: `done`, `blocked` when the robot makes no progress.
     """
 

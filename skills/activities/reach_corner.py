@@ -37,9 +37,9 @@ class ToCorner(Advance):
 class ReachCorner(ToCorner):
     """Drive straight on until a wall or its end is beside the robot.
 
-    After a turn into an opening the corner is still ahead; a check for space at that side before it is reached would
-    find the way that the robot came from. Outcomes: `done` when it is reached, or is not found within the distance;
-    `blocked` when the robot makes no progress.
+    After a turn into an opening the corner is still ahead; a check for space on that side before it is reached would
+    find the way that the robot came from. Outcomes: `done` when the corner is reached, or is not found within the
+    distance; `blocked` when the robot makes no progress.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 1.2) -> None:
@@ -52,10 +52,10 @@ class ReachCorner(ToCorner):
 
 @LIBRARY.activity("leave_junction", outcomes=("done", "blocked"), holds=("base",))
 class LeaveJunction(ToCorner):
-    """Drive straight on until a wall or its end is at both sides of the robot.
+    """Drive straight on until a wall or its end is on both sides of the robot.
 
-    Outcomes: `done` when the robot is in the way beyond the junction, or has driven the distance, as in open space;
-    `blocked` when the robot makes no progress.
+    Outcomes: `done` when the robot is in the way beyond the junction, or has driven the distance, for example in open
+    space; `blocked` when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5, distance: Length = 1.2) -> None:

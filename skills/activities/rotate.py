@@ -39,12 +39,12 @@ ASKEW = 0.15
 class Rotate(Skill):
     """Turn on the spot by an angle, counter-clockwise positive.
 
-    The turn is measured by odometry from the axis of the walls that the robot is along at first; quarter turns end
-    along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
-    it turns; one whose base cannot move sideways backs from a wall ahead before it turns, farther from what comes
-    nearer meanwhile. A turn that meets an obstacle is undone, and repeated if that fails too, so that the robot does
-    not stay between two headings if it can turn at all. Outcomes: `done`; `blocked` when the robot faces as before,
-    when it can turn in neither direction, and after several failures in both.
+    The turn is measured by odometry from the direction of the walls beside the robot; quarter turns end
+    along the walls, if there are any. If a wall is too near for its corners, the robot moves away from the wall while
+    it turns. If its base cannot move sideways, it backs away from a wall ahead before the turn, and farther from an
+    approaching obstacle. A turn that meets an obstacle is undone; if that fails too, the turn is tried again, so that
+    the robot does not stay between two headings if it can turn at all. Outcomes: `done`; `blocked` when the robot has
+    its old heading again, when it cannot turn in either direction, and after several failures in both.
     """
 
     def __init__(self, angle: Angle) -> None:
@@ -165,7 +165,7 @@ def _aside(passage: Passage, room: float, half_width: float) -> float:
     """How far to the left the robot has room to turn, m.
 
     Args:
-        passage: the walls at both sides.
+        passage: the walls on both sides.
         room: what a turn takes to each side, m.
         half_width: of the robot, m.
     """

@@ -16,7 +16,7 @@ from transport.messages import Command, Pose
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """Where the robot is before an opening at its side.
+    """Where the robot is before an opening on its side.
 
     Attributes:
         error: how far to turn to be on course, rad.
@@ -32,7 +32,7 @@ class Approach:
 
 
 class ToOpening(Skill):
-    """An activity that drives past the end of the wall at a side."""
+    """An activity that drives past the end of the wall on one side."""
 
     def __init__(self, side: Side, speed: Speed) -> None:
         self._side = side

@@ -20,7 +20,7 @@ SLANT = math.radians(20)
 STEEPEST = math.radians(80)
 """The same where something ahead holds it up, rad."""
 BESIDE = math.radians(40)
-"""The same where something beside its way does, rad: farther round, the walls at its side would be those ahead."""
+"""The same where something beside its way does, rad: farther round, the walls on its side would be those ahead."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 

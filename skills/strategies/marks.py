@@ -21,13 +21,13 @@ def junction_mark(facts: Facts, way: Direction) -> None:
 
 @LIBRARY.signal("junction.marks")
 def junction_marks(facts: Facts, way: Direction) -> int:
-    """How many marks a way of this junction has, named from the robot's heading on arrival."""
+    """Number of marks of a way of this junction, named from the robot's heading on arrival."""
     return facts.world.marks.count(way)
 
 
 @LIBRARY.signal("junction.leads_out")
 def junction_leads_out(facts: Facts, way: Direction) -> bool:
-    """Whether this way of a junction, first come to in this run, is known to lead out; it is from an attempt before."""
+    """Whether an earlier attempt has shown that this way leads out; only at a junction that is new in this run."""
     return facts.world.marks.leads_out(way)
 
 

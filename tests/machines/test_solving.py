@@ -95,7 +95,7 @@ def test_marks_are_given_up_where_all_ways_are_used_up(solve, maze, text):
 
 
 def test_a_maze_is_left_although_a_way_in_it_is_passed_over(solve):
-    # Two openings of one corridor: that at the left begins just beyond the one at the right.
+    # Two openings of one corridor: that on the left begins just beyond the one on the right.
     recipe = Recipe(columns=4, rows=4, corridor=0.78, loops=3, dead_ends=0.94, doors=1, offset=0.113)
     run = solve("tremaux", replace(generate(recipe, 51), time_limit=math.inf), limit=300)
     assert "by_pledge" in run.states

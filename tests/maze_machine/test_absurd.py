@@ -102,6 +102,48 @@ def test_an_option_that_makes_no_sense_is_refused(arguments):
     assert "Traceback" not in ended.output
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["send", "--advance", "1000001"], "must be at most 1000000"),
+        (["send", "a" * 1001], "at most 1000 characters"),
+        (["send", "--set", f"a={'9' * 201}"], "at most 200 characters"),
+        (["send", "--pause-at", "a" * 1001], "at most 1000 characters"),
+        (["send", "go", "--connect", f"tcp/127.0.0.1:{'9' * 5000}"], "ports go from 1 to 65535"),
+        (["watch", "--connect", "tcp/127.0.0.1:\N{ARABIC-INDIC DIGIT THREE}"], "is not an endpoint"),
+        (["dap", "--listen", "9" * 5000], "is not a port"),
+    ],
+    ids=lambda value: " ".join(value)[:40] if isinstance(value, list) else "",
+)
+def test_what_no_machine_could_be_sent_is_refused_before_anything_is_dialled(arguments, words):
+    ended = invoke(*arguments)
+    assert ended.exit_code == 2
+    assert words in " ".join(ended.stderr.split())
+    assert len(ended.stderr) < 700
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["", "x", "\x1b[2J:1", "127.0.0.1:0", f"127.0.0.1:{'9' * 5000}", "ucx://127.0.0.1:1", "tls://127.0.0.1:1"],
+)
+def test_what_is_no_address_of_a_scheduler_is_refused(tmp_path, address):
+    pytest.importorskip("distributed")
+    jobs = ("--machines", "pledge", "--mazes", "corridor", "--out", tmp_path / "r.jsonl")
+    ended = invoke("sweep", *jobs, "--scheduler", address)
+    assert ended.exit_code == 2
+    assert "scheduler" in ended.stderr or "needs certificates" in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+
+
+def test_what_is_piped_in_need_not_be_text():
+    formatted = CliRunner().invoke(app, ["fmt", "-"], input=b"\xff\xfe\n")
+    assert formatted.exit_code == 3
+    assert "standard input cannot be read: byte 1 is not UTF-8" in formatted.stderr
+    tried = CliRunner().invoke(app, ["simulate", "pledge"], input=b"\xff\xfe\n")
+    assert tried.exit_code == 1
+    assert "a line begins with given" in tried.stderr
+
+
 @pytest.mark.parametrize("command", ["check", "fmt", "import"])
 def test_a_file_without_end_is_refused(command):
     ended = invoke(command, "/dev/zero")

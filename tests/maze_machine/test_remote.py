@@ -466,7 +466,7 @@ def test_a_run_that_stands_still_keeps_its_robot_and_another_pace_is_kept(missio
     assert not work.is_alive()
 
 
-@pytest.mark.parametrize("factor", ["0", "-1", "1e9", '"x"', "1e999"])
+@pytest.mark.parametrize("factor", ["0", "-1", "1e9", '"x"', "1e999", "1e-300", "0.0009"])
 def test_a_pace_that_is_none_is_refused(mission, factor):
     operated = OperatedRun(mission, pausable=True)
     assert json.loads(operated.answer(b'{"kind":"speed","factor":' + factor.encode() + b"}"))["done"] is False

@@ -75,6 +75,14 @@ def test_a_busy_port(finish, simulator):
     assert len(err.splitlines()) == 1
 
 
+@pytest.mark.parametrize("mode", [["--realtime"], ["--set", "link.gate=false"]])
+def test_real_time_has_no_other_speed(endpoint, mode):
+    ended = CliRunner().invoke(app, ["sim", "corridor", "--listen", endpoint, *mode, "--speed", "4"])
+    assert ended.exit_code == 2
+    assert "--speed is for a simulator that waits" in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+
+
 def test_a_machine_that_does_not_parse_is_told_with_line_column_and_caret(tmp_path):
     file = tmp_path / "broken.maze-machine"
     file.write_text(BROKEN)

@@ -146,7 +146,7 @@ def test_the_margin_is_less_where_there_is_less_room():
 
 @pytest.mark.parametrize("degrees", [-60, -45, -35, -20, 20, 35, 45, 60])
 def test_who_turns_in_a_corridor_of_80_cm_is_in_no_narrow_passage(degrees):
-    """The wall that the robot turns away from comes near at its side a little farther ahead."""
+    """The wall that the robot turns away from comes near on its side a little farther ahead."""
     seen = seen_from(corridor(0.8), Pose(0, 0, math.radians(degrees)))
     assert CollisionGuard(ROBOT, SETTINGS).margin(seen) >= 0.1
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
+from typing import BinaryIO
 
 from hsm.model.codes import finding
 from hsm.model.diagnostics import MachineError
@@ -45,17 +46,31 @@ def read_text(path: str | Path) -> str:
     try:
         if Path(path).is_fifo():  # opening one waits for a writer
             raise _unreadable(path, "it is a pipe", "give the path of a file")
-        with Path(path).open("rb") as file:  # not to the end: a device may have none
-            content = file.read(_LARGEST + 1)
-        if len(content) > _LARGEST:
-            raise _unreadable(path, "it is larger than 32 MiB", "move parts of it into machines that it imports")
-        return content.decode("utf-8-sig")
+        with Path(path).open("rb") as file:
+            return text_in(file, path)
     except FileNotFoundError as error:
         raise _unreadable(path, _reason(error), _beside(Path(path))) from None
-    except UnicodeDecodeError as error:
-        raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
     except (OSError, ValueError) as error:
         raise _unreadable(path, _reason(error), "give the path of a file that you may read") from None
+
+
+def text_in(stream: BinaryIO, name: str | Path) -> str:
+    """The text of a stream, which is read to its largest length only: a device may have no end.
+
+    Args:
+        stream: where to read.
+        name: what messages call it.
+
+    Raises:
+        MachineError: it is too long, or is not text.
+    """
+    content = stream.read(_LARGEST + 1)
+    if len(content) > _LARGEST:
+        raise _unreadable(name, "it is larger than 32 MiB", "move parts of it into machines that it imports")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise _unreadable(name, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
 
 
 def _unreadable(path: str | Path, reason: str, suggestion: str) -> MachineError:

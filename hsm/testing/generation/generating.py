@@ -74,9 +74,9 @@ class Generated:
     Attributes:
         scenarios: the tests.
         unreached: the goals without a run.
-        moments: how many different states were seen.
-        steps: how many steps were tried.
-        complete: whether those are all the states there are.
+        moments: the number of different states seen.
+        steps: the number of steps tried.
+        complete: whether these are all states.
     """
 
     scenarios: tuple[Scenario, ...]

@@ -36,10 +36,10 @@ class Survey:
     """The result for all mutants.
 
     Attributes:
-        killed: how many were killed.
+        killed: the number of killed mutants.
         survivors: the mutants that no test killed.
-        equivalent: those that no test can kill, which is proved; they do not count.
-        reached: how many scenarios come to each of the survivors, by its number.
+        equivalent: the mutants that are proved equivalent, so that no test can kill them; they do not count.
+        reached: the number of scenarios that reach each survivor, by its number.
     """
 
     killed: int
@@ -92,7 +92,7 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
     Args:
         model: the machine; imported machines are tested separately and not changed here.
         suites: its scenarios; they pass on the machine itself.
-        among: gives the mutants; by default all.
+        among: yields the mutants; by default all.
     """
     machine = scripted_machine(model)
     trials = [trial(one, machine, suite.tick) for suite in suites for one in suite.scenarios]

@@ -60,10 +60,10 @@ def check(
 
     Args:
         machine: the machine.
-        assumptions: what is taken for granted; by default as ``Assumptions`` has it.
-        depth: check only runs of that many steps; by default all runs.
-        only: names of properties, ``NO_FAULT`` among them; by default all.
-        seconds: the limit of processor time for the graph, and again for the properties.
+        assumptions: the assumptions; by default ``Assumptions()``.
+        depth: check only runs of this many steps; by default all runs.
+        only: names of properties, possibly ``NO_FAULT``; by default all.
+        seconds: the limit of processor time for the graph, and the same again for the properties.
     """
     return examine(machine, assumptions, depth=depth, only=only, seconds=seconds).verdicts
 

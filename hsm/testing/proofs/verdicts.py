@@ -43,9 +43,9 @@ class Assumptions:
     """The assumptions of a proof.
 
     Attributes:
-        longest_tick: at most that many seconds pass between two steps.
-        parameters: of the machine, by name, in SI units; of others the defaults.
-        free: parameters that may have any value, but NaN; those without a default and a value always may.
+        longest_tick: the longest time between two steps, in seconds.
+        parameters: values of parameters by name, in SI units; the others have their defaults.
+        free: parameters that may have any value except NaN; those without a default and a value are always free.
         not_a_number: whether signals may be NaN.
     """
 
@@ -55,9 +55,9 @@ class Assumptions:
     not_a_number: bool = True
 
     def values(self, model: Model) -> dict[str, Any]:
-        """The value of each parameter of a machine, in order; ``FREE`` for one that may have any.
+        """The value of each parameter of a machine, in order; ``FREE`` for a parameter that may have any value.
 
-        A parameter that is made of a free one is free.
+        A parameter that depends on a free one is free.
         """
         found: dict[str, Any] = {}
         for one in model.parameters:
@@ -110,12 +110,12 @@ class PropertyVerdict:
         name: the property's name, or ``NO_FAULT``.
         text: the property.
         status: the verdict.
-        method: how it was proved; None where it was not.
-        reason: what prevents a decision, or what a proof excludes; empty if there is nothing.
-        counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
-        depth: in no run of that many steps it is violated.
-        states: how many places between two steps were looked at; with times, those that no property can distinguish
-            count once.
+        method: how it was proved; None if it was not.
+        reason: what prevents a decision, or what a proof excludes; otherwise empty.
+        counterexample: a shortest run to a violation, which was replayed on the engine; None if there is none.
+        depth: no run of this many steps violates it.
+        states: the number of states between two steps that were examined; with times, states that no property can
+            distinguish count once.
     """
 
     name: str
@@ -141,8 +141,8 @@ class PropertyVerdict:
         """Whether a caller may rely on it.
 
         Args:
-            required: ``PROVED``, ``BOUNDED`` (proved, or no violation to the depth that was looked at), or None for
-                anything that is not violated.
+            required: ``PROVED``, ``BOUNDED`` (proved, or no violation to the given depth), or None for anything that is
+                not violated.
         """
         if self.violated:
             return False

@@ -20,18 +20,18 @@ TICK = 0.1
 
 
 class Driver:
-    """One run of a machine without its robot.
+    """A run of a machine without its robot.
 
     Attributes:
-        machine: the machine with its stand-ins.
+        machine: the machine with substitutes for its signals, actions and activities.
         supervisor: its run.
         tick: seconds from one step to the next.
         last: the record of the last step.
         doing: the activities of the active states with their arguments, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
-        raised: the events that the machine raised meanwhile.
-        sent: the events that it sent to other machines meanwhile.
-        script: what the signals were in the last step.
+        raised: the events that the machine raised in it.
+        sent: the events that it sent to other machines in it.
+        script: the values of the signals in the last step.
     """
 
     def __init__(
@@ -79,15 +79,15 @@ class Driver:
 
     @property
     def signals(self) -> Mapping[Any, Any]:
-        """The signals that were given a value."""
+        """The signals that have been given a value."""
         return self._signals
 
     def give(self, signals: Mapping[Any, Any]) -> None:
-        """Set signals, by name or by name and arguments; they keep their values until they are given others."""
+        """Set signals, by name or by name and arguments; they keep their values until they are set again."""
         self._signals.update(signals)
 
     def assign(self, variable: str, value: Any) -> None:
-        """Give a variable or a parameter another value, which no machine or scenario can do: for interactive use.
+        """Set a variable or a parameter, for interactive use; no machine or scenario can do this.
 
         Raises:
             SnapshotError: the run cannot be changed.
@@ -97,7 +97,7 @@ class Driver:
         self.supervisor = self.machine.restore(saved)
 
     def fail(self, signals: frozenset[str]) -> None:
-        """Let signals fail from now on; all others have values."""
+        """Make these signals fail from now on, and all others not."""
         self._failing = signals
 
     def step(
@@ -108,17 +108,17 @@ class Driver:
         *,
         after: float | None = None,
     ) -> Macrostep:
-        """One step.
+        """Execute one step.
 
         Args:
             signals: signals that change.
-            reports: how activities end, by the full name of their state or by their own name; the machine receives it
-                in this step.
+            reports: outcomes of activities, by the full name of their state or by their own name; the machine receives
+                them in this step.
             events: events from outside.
             after: seconds since the last step; by default one tick.
 
         Raises:
-            LookupError: an activity is to end that does not run.
+            LookupError: an outcome is given for an activity that does not run.
         """
         if reports:
             self._report(reports)
@@ -135,7 +135,7 @@ class Driver:
         reports: Mapping[str, str] | None = None,
         events: Sequence[str] = (),
     ) -> Macrostep:
-        """Let time pass, tick by tick, with all as it is; then one step with what changes, as for ``step``."""
+        """Let time pass, tick by tick, without a change; then execute one step with the changes, as in ``step``."""
         end = self.time + duration
         ticks = math.ceil(duration / self.tick - 1e-6) if self.tick > 0 else 1
         begin, calls, raised, sent = self.time, list[Performed](), list[str](), list[str]()
@@ -154,7 +154,7 @@ class Driver:
         return self.last
 
     def perform(self, stimulus: Stimulus) -> None:
-        """One step of a scenario, after its wait if there is one; errors as for ``step``."""
+        """Execute one step of a scenario, after its wait if it has one; errors as in ``step``."""
         self.fail(stimulus.failing)
         if stimulus.after is None:
             self.step(stimulus.signals, stimulus.reports, stimulus.events)
@@ -162,19 +162,19 @@ class Driver:
             self.wait(stimulus.after, stimulus.signals, stimulus.reports, stimulus.events)
 
     def running(self, name: str) -> tuple[str, ...]:
-        """The active states whose activity runs and has this name, or the state itself that has it."""
+        """The active states that have this name, or whose running activity has it."""
         if name in self.doing:
             return (name,)
         return tuple(state for state, performed in self.doing.items() if performed.name == name)
 
     def stimulated(self, reports: Mapping[str, str]) -> Script:
-        """What a step would be given in which activities end so, by the full names of their states; nothing is done."""
+        """The inputs of a step in which activities end like this, by the full names of their states; nothing runs."""
         script = self._script()
         script.reports = reports
         return script
 
     def microsteps(self) -> list[tuple[Macrostep, Mapping[str, Any]]]:
-        """The last step as far as each of its microsteps, with the variables after that one."""
+        """The last step up to each of its microsteps, with the variables after it."""
         fired = [one for one in self.last.selections if one.plan is not None]
         names = self.machine.generator.variables
         between = [
@@ -207,7 +207,7 @@ class Driver:
         self._watch(self)
 
     def value(self, expression: Expression) -> Any:
-        """The value of an expression now, with the signals of the last step; ``UNSET`` where it has none."""
+        """The current value of an expression, with the signals of the last step; ``UNSET`` if it has none."""
         script, supervisor = self.script, self.supervisor
 
         def ask(call: SignalValue) -> Any:

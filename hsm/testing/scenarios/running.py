@@ -71,9 +71,9 @@ class ScenarioResult:
     """The result of a scenario.
 
     Attributes:
-        scenario: which one.
+        scenario: the scenario.
         failure: the first failed expectation, or None.
-        coverage: what it exercised of the machine.
+        coverage: the coverage of its run.
     """
 
     scenario: Scenario
@@ -104,8 +104,8 @@ def run_suite(
 
     Args:
         suite: the scenarios.
-        machine: the machine they are about.
-        watches: gives new watches for each run.
+        machine: the machine that they test.
+        watches: creates the watches of a run.
     """
     ready = scripted_machine(machine)
     return [run_scenario(one, ready, suite.tick, watches()) for one in suite.scenarios]

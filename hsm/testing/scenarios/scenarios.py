@@ -123,14 +123,14 @@ class Expectation:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One test of a machine.
+    """A test of a machine.
 
     Attributes:
         name: its title.
-        parameters: the machine's parameters, in SI units, where they are not the defaults.
+        parameters: the machine's parameters that differ from the defaults, in SI units.
         given: signals before the start.
         steps: what happens and what is expected, in order.
-        place: where its title is written.
+        place: the place of its title.
         covers: the requirements that it covers, each with the place of its name.
     """
 

@@ -320,8 +320,8 @@ class Fitting:
     def side(self) -> Way:
         """The way to the view's side that begins before the window ends.
 
-        A gap counts as far as the sensor sees it: of a way that the robot has mostly passed, the rest may be too narrow
-        for the box, and the way is over.
+        A gap counts as far back as the walls do, and as far as the sensor sees it: of a way that the robot has mostly
+        passed, the rest may be too narrow for the box, and the way is over.
         """
         if not len(self.view.y):
             return UNSEEN
@@ -371,12 +371,12 @@ class Fitting:
                 continue
             low, high = view.clipped(free, level + settings.edge, deep)
             high = min(high, far)
-            if high - max(low, near) >= self.box:
+            if high - max(low, near, -settings.behind) >= self.box:
                 return self._way(gap, free, level, Way(near=near, far=high))
         beams = slice(gap.first, gap.last + 1)
         hits = view.hit[beams] & (view.y[beams] < deep)
         bound = min(gap.high, lowest(view.x[beams][hits]))
-        return UNSEEN if bound - gap.low >= self.box else CLOSED
+        return UNSEEN if bound - max(gap.low, -settings.behind) >= self.box else CLOSED
 
     def _outer_wall(self, gap: Gap, level: float) -> float:
         """The outer one of the two walls between which a gap is: they may be offset."""

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skills.frames import Frame
 from skills.settings import OpeningSettings
@@ -23,6 +24,7 @@ class Opening:
         frame: where the robot was then, x along the course.
         side: at which side it is.
         near: x of the end of the wall before it, m.
+        passed: whether that wall's end is out of sight, behind; ``near`` is where the robot was then.
         aside: how far to the side that wall was, m.
         half_width: of the robot, m.
         settings: what an opening is.
@@ -35,6 +37,7 @@ class Opening:
     aside: float
     half_width: float
     settings: OpeningSettings
+    passed: bool = False
     far: float = math.inf
 
     def driven(self, pose: Pose) -> float:
@@ -54,12 +57,23 @@ class Opening:
         self.far = self.driven(pose) + (float(bounds.min()) if len(bounds) else 2 * settings.into)
 
     def middle(self, farthest: float) -> float:
-        """Where the opening's middle is along the course, at most ``farthest`` (m) past its near corner."""
+        """Where the opening's middle is along the course, at most ``farthest`` (m) past its near corner.
+
+        Of an opening whose near corner is out of sight it is as far before the far side, where that is near: the wall
+        there is the only one to keep to in the way behind the opening.
+        """
+        before_far = self.far - farthest
+        if self.passed and farthest < before_far < self.settings.into:
+            return before_far
         return self.near + min(farthest, (self.far - self.near) / 2)
 
 
-def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose, settings: OpeningSettings) -> Opening:
+def opening_of(
+    points: Points, robot: RobotDescription, side: Side, course: Pose, settings: OpeningSettings, *, least: float
+) -> Opening:
     """The opening that begins beside the robot, or ahead where the wall beside it ends.
+
+    One that the robot has nearly passed counts only where no other one follows soon.
 
     Args:
         points: hits in a frame at the robot along its course, m.
@@ -67,14 +81,31 @@ def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose
         side: at which side.
         course: the robot's place by odometry, with the heading of its course.
         settings: what an opening is.
+        least: so far ahead its far side must be, so that the robot can still turn into it, m.
     """
     x, y = points[:, 0], points[:, 1] * side.sign
-    back = x > -settings.behind
-    beside = (y > robot.half_width / 2) & (y < settings.into) & (x < settings.near_corner) & back
+    bounds = (y > robot.half_width / 2) & (y < settings.into) & (x > -settings.behind)
     near, aside = 0.0, settings.into
-    if beside.any():
-        aside = float(y[beside].min())
-        wall = np.sort(x[(np.abs(y - aside) < settings.same_wall) & back])
-        ends = wall[:-1][np.diff(wall) > settings.smallest]
-        near = float(ends[0] if len(ends) else wall[-1])
-    return Opening(Frame(course), side, near, aside, robot.half_width, settings)
+    passed = not (bounds & (x < settings.near_corner)).any()
+    beside = y[bounds & (x < (least if passed else settings.near_corner))]
+    if len(beside):
+        level = float(beside.min())
+        wall = np.sort(x[(np.abs(y - level) < settings.same_wall) & (x > -settings.behind)])
+        first, fitting = _beginnings(wall, settings, least)
+        soon = fitting < settings.into
+        if soon or not passed:
+            near, aside, passed = fitting if soon else first, level, False
+    return Opening(Frame(course), side, near, aside, robot.half_width, settings, passed)
+
+
+def _beginnings(wall: NDArray[np.float64], settings: OpeningSettings, least: float) -> tuple[float, float]:
+    """Where the first opening in a wall begins, and the first one whose far side is far enough ahead, m.
+
+    Args:
+        wall: x of the hits on it, rising, m, shape (n,), one at least.
+        settings: what an opening is.
+        least: so far ahead the far side must be, m.
+    """
+    ends = np.append(np.flatnonzero(np.diff(wall) > settings.smallest), len(wall) - 1)
+    far = np.append(wall, math.inf)[ends + 1]
+    return float(wall[ends[0]]), float(wall[ends[far >= least][0]])

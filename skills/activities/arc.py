@@ -59,8 +59,8 @@ class Arc(ToOpening):
 
     def _to_the_circle(self, facts: Facts) -> Command | Outcome:
         """Drive straight on to where the circle begins."""
-        approach = self._approach(facts, self.settings.wall.distance)
         smallest, largest = self.settings.arc.smallest_radius, self.settings.arc.largest_radius
+        approach = self._approach(facts, self.settings.wall.distance, smallest)
         radius = min(max(min(approach.left, approach.beside), smallest), largest)
         if approach.left > radius + 0.02:
             return self._straight_on(facts, approach, self._speed)

@@ -41,14 +41,22 @@ class ToOpening(Skill):
         self._headway = Headway(speed=speed)
         self._opening: Opening | None = None
 
-    def _approach(self, facts: Facts, past: Length) -> Approach:
-        """Measure the opening again; the robot turns in its middle, or so far past its near corner."""
+    def _approach(self, facts: Facts, past: Length, least: Length = 0.0) -> Approach:
+        """Measure the opening again.
+
+        Args:
+            facts: of the tick.
+            past: the robot turns in the opening's middle, or so far past its near corner, m.
+            least: so far ahead its far side must be, m.
+        """
         error = self._course.error(facts)
         points = points_along(facts, error, self.settings.passage)
         pose = facts.observation.odometry.pose
         if self._opening is None:
             course = Pose(pose.x, pose.y, pose.heading + error)
-            self._opening = opening_of(points, facts.robot, self._side, course, self.settings.opening)
+            self._opening = opening_of(
+                points, facts.robot, self._side, course, self.settings.opening, least=least + facts.robot.half_width
+            )
         self._opening.update(points, pose)
         passage = passage_of(points, facts.robot, self.settings.motion.look_ahead, self.settings.passage)
         return Approach(error, self._opening.middle(past) - self._opening.driven(pose), self._opening.aside, passage)

@@ -11,6 +11,7 @@ from perception.facts import Perception
 from perception.junction import JunctionKind
 from tests.perception.junctions import KINDS, scenes
 from tests.perception.scenes import PICO, corridor, observe
+from transport.description import RobotDescription
 from transport.messages import Pose
 
 
@@ -159,3 +160,20 @@ def test_where_a_wall_comes_into_sight_through_a_gap_is_not_its_end(x, seed):
     junction = junction_at(walls, Pose(x, 2.5, math.pi), seed)
     assert junction.kind is JunctionKind.T_LEFT
     assert junction.left.far == pytest.approx(x - 0.71, abs=0.08)
+
+
+@pytest.mark.parametrize("passed", [0.2, 0.28, 0.34])
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_way_behind_is_past_also_for_a_laser_that_sees_it(side, passed):
+    """A laser that looks all round sees a way behind the robot. The next one begins just ahead, at the other side."""
+    all_round = {"beams": 360, "angle_min": 0.0, "angle_max": math.tau * 359 / 360}
+    robot = RobotDescription.model_validate({"laser": all_round})
+    y = side * 0.5
+    # The wall that bounds the way stands back a little, so that the gap in the corridor's wall goes on to beside the
+    # robot, too narrow there.
+    walls = [
+        (-5, y, -1.5, y), (-1.5, y, -1.5, 6 * y), (-passed, 6 * y, -passed, 1.24 * y), (0.1, 6 * y, 0.1, y),
+        (0.1, y, 1.1, y), (1.1, y, 1.1, -6 * y), (-5, -y, 0.1, -y), (0.1, -y, 0.1, -6 * y),
+    ]  # fmt: skip
+    junction = Perception(robot).facts(observe(walls, Pose(), robot, np.random.default_rng(2))).junction
+    assert junction.kind is (JunctionKind.CORNER_RIGHT if side > 0 else JunctionKind.CORNER_LEFT)

@@ -97,6 +97,27 @@ def test_an_arc_ends_in_the_middle_of_the_opening(world, side_exit, drive, side,
     assert done.clearance > 0.1
 
 
+@pytest.mark.parametrize("robot", [BOX, HOLONOMIC], ids=["two wheels", "holonomic"])
+@pytest.mark.parametrize("ahead", [1.1, 1.25, 1.4])
+def test_an_arc_into_a_way_whose_corner_is_out_of_sight_ends_beside_the_wall_ahead(world, drive, robot, ahead):
+    """A narrow way may begin along that wall, and it is too late to get there by following it."""
+    walls = [(-2, -0.5, ahead, -0.5), (ahead, -0.5, ahead, 4), (-2, 0.5, -0.5, 0.5)]
+    done = drive(Arc(Side.LEFT), world(walls), robot=robot)
+    assert done.outcome == "done"
+    assert ahead - done.end.x == pytest.approx(0.5, abs=0.06)
+
+
+@pytest.mark.parametrize("robot", [BOX, HOLONOMIC], ids=["two wheels", "holonomic"])
+@pytest.mark.parametrize("first", [-0.3, -1.5])
+def test_an_arc_leads_into_the_next_opening_where_the_first_is_nearly_passed(world, drive, robot, first):
+    """Only the end of a thin wall is between the two; the first may begin so far behind that it is out of sight."""
+    walls = [(-2, -0.4, 1.2, -0.4), (1.2, -0.4, 1.2, 3), (-2, 0.4, first, 0.4), (0.25, 0.4, 0.25, 3)]
+    done = drive(Arc(Side.LEFT), world(walls), robot=robot)
+    assert done.outcome == "done"
+    assert done.end.x == pytest.approx(0.72, abs=0.1)
+    assert done.clearance > 0.1
+
+
 @pytest.mark.parametrize("side", list(Side))
 def test_past_a_corner_it_stands_before_the_opening_along_the_walls(world, side_exit, drive, robot, side):
     done = drive(PassCorner(side), world(side_exit(side.sign, 1.0, 1.0), Pose(2.05, 0.1)), robot=robot)

@@ -17,7 +17,8 @@ from transport.files import read_at_most, write_text
 from transport.wording import in_words, printable
 
 FORMAT: Literal["maze-machine map"] = "maze-machine map"
-VERSION: Literal[1] = 1
+VERSION: Literal[2] = 2
+"""Of the files that are written; those of version 1, without junctions, are read, too."""
 LARGEST = 64 * 1024 * 1024
 """A larger file is refused, bytes."""
 FARTHEST = 1e5
@@ -35,6 +36,7 @@ Number = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
 Place = tuple[Number, Number]
 Placed = tuple[Number, Number, Number]
 """x and y, m, and heading, rad."""
+Marks = Annotated[int, Field(ge=0, le=1_000)]
 Entry = Annotated[float, Field(ge=-1e15, le=1e15, allow_inf_nan=False)]
 
 
@@ -56,6 +58,18 @@ class DoorPart(_Part):
 
     right: Place
     left: Place
+
+
+class JunctionPart(_Part):
+    """A junction with its marks, as Tremaux's algorithm makes them.
+
+    Attributes:
+        place: of the robot when it was there last.
+        marks: at the ways from it towards +x, +y, -x and -y.
+    """
+
+    place: Placed
+    marks: tuple[Marks, Marks, Marks, Marks]
 
 
 class GridPart(_Part):
@@ -134,6 +148,8 @@ class MapDocument(_Part):
         robot: where the robot was when the map was saved; null where it did not know.
         way_out: a place outside, beyond where the robot has left the maze; null where it has not.
         doors: the dead ends that may be doors.
+        junctions: those that the robot has marked on its way out, in the order in which it came to them; none where it
+            has marked none, or has not left the maze.
         grid: where the robot can drive.
         keyframes: what was seen, in the order in which it was.
         steps: the link from each keyframe to the next.
@@ -141,10 +157,11 @@ class MapDocument(_Part):
     """
 
     format: Literal["maze-machine map"]
-    version: Literal[1]
+    version: Literal[1, 2]
     robot: Placed | None
     way_out: Place | None
     doors: Annotated[tuple[DoorPart, ...], Field(max_length=10_000)]
+    junctions: Annotated[tuple[JunctionPart, ...], Field(max_length=10_000)] = ()
     grid: GridPart
     keyframes: Annotated[tuple[KeyframePart, ...], Field(min_length=1, max_length=50_000)]
     steps: Annotated[tuple[LinkPart, ...], Field(max_length=50_000)]
@@ -161,6 +178,9 @@ class MapDocument(_Part):
         for number, keyframe in enumerate(self.keyframes):
             if not self.covers(*keyframe.pose[:2]):
                 raise ValueError(f"`keyframes.{number}` is far from all that the grid shows")
+        for number, junction in enumerate(self.junctions):
+            if not self.covers(*junction.place[:2]):
+                raise ValueError(f"`junctions.{number}` is far from all that the grid shows")
         for number, loop in enumerate(self.loops):
             if not loop.first < loop.second < count:
                 raise ValueError(f"`loops.{number}` must lead from a keyframe to a later one, below {count}")
@@ -215,7 +235,7 @@ def _fault(content: bytes, error: ValidationError) -> str:
         return _no_map()
     if (version := wrong.get(("version",))) is not None and version["type"] != "missing":
         other = printable(repr(version["input"]))[:40]
-        return f"the map is of version {other}, and this program reads version {VERSION}"
+        return f"the map is of version {other}, and this program reads versions 1 and {VERSION}"
     return f"the map is damaged: {in_words(found)}"
 
 
@@ -226,7 +246,7 @@ def _no_map() -> str:
 def text_of(document: MapDocument) -> str:
     """The text of a map's file; reading it gives the map again, and writing that the same text."""
     said = document.model_dump(mode="json")
-    grid, lists = said["grid"], ("doors", "keyframes", "steps", "loops")
+    grid, lists = said["grid"], ("doors", "junctions", "keyframes", "steps", "loops")
     lines = [f" {json.dumps(key)}: {json.dumps(said[key])}," for key in ("format", "version", "robot", "way_out")]
     drawing = _block("rows", grid["rows"], "  ")
     lines += [' "grid": {', f'  "cell": {grid["cell"]}, "corner": {json.dumps(grid["corner"])},', f"{drawing} }},"]

@@ -15,6 +15,7 @@ from perception.map_document import (
     WALL,
     DoorPart,
     GridPart,
+    JunctionPart,
     KeyframePart,
     LinkPart,
     MapDocument,
@@ -27,6 +28,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.settings import FreeSpaceSettings
 from perception.mapping.surveyor import Supposition, Surveyor
+from perception.places import NotedPlace, Places
 from perception.settings import PerceptionSettings
 from perception.world import BEYOND, DoorPlace, WorldModel, to_world
 from transport.arithmetic import cosines_and_sines, directions
@@ -54,6 +56,7 @@ def document_of(world: WorldModel, *, left: bool = False) -> MapDocument | None:
         version=VERSION,
         robot=_placed(world.pose) if world.place_known else None,
         way_out=_point(way_out) if way_out is not None else None,
+        junctions=_junctions(world, surveyor, left=left),
         doors=tuple(DoorPart(right=_point(one.right), left=_point(one.left)) for one in world.dead_ends),
         grid=_grid(surveyor.free_space),
         keyframes=tuple(_keyframe(surveyor.keyframe(number), cloud) for number, cloud in enumerate(clouds)),
@@ -78,12 +81,32 @@ def world_of(document: MapDocument, settings: PerceptionSettings, at: Pose | Non
     known = Surveyor.resumed(mapper, grid, Pose(), Supposition())
     surveyor = Surveyor.resumed(mapper, grid, Pose(), None if at is None else known.suppose(at))
     dead_ends = [DoorPlace(one.right, one.left) for one in document.doors]
-    return WorldModel.on_map(settings, surveyor, dead_ends, document.way_out)
+    world = WorldModel.on_map(settings, surveyor, dead_ends, document.way_out)
+    if surveyor.began_at_start(settings.marks.same_place):
+        world.marks.known = Places(surveyor, [_noted(one, surveyor) for one in document.junctions])
+    return world
 
 
 def start_of(document: MapDocument) -> Pose:
     """Where the map was begun."""
     return Pose(*document.keyframes[0].pose)
+
+
+def _junctions(world: WorldModel, surveyor: Surveyor, *, left: bool) -> tuple[JunctionPart, ...]:
+    """The marks that lead from where the map was begun out of the maze; none of a run that began elsewhere."""
+    if not surveyor.began_at_start(world.settings.marks.same_place):
+        return ()
+    parts, places = [], world.marks.places if left else world.marks.known
+    for one in places.kept:
+        ahead, to_left, back, to_right = one.marks
+        parts.append(JunctionPart(place=_placed(places.pose_of(one)), marks=(ahead, to_left, back, to_right)))
+    return tuple(parts)
+
+
+def _noted(part: JunctionPart, surveyor: Surveyor) -> NotedPlace:
+    """A junction of a file, as seen from the nearest keyframe."""
+    seen = surveyor.suppose(Pose(*part.place))
+    return NotedPlace(seen.pose, seen.keyframe, list(part.marks))
 
 
 def _rounded(value: float, digits: int) -> float:

@@ -103,6 +103,7 @@ def facts_of(document: MapDocument, known: Sequence[Symmetric]) -> dict[str, Any
         "loops": len(document.loops),
         "way": round(fsum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(places)), 2),
         "doors": len(document.doors),
+        "junctions": len(document.junctions),
         "start": list(document.keyframes[0].pose),
         "robot": None if document.robot is None else list(document.robot),
         "way_out": None if document.way_out is None else list(document.way_out),
@@ -118,6 +119,7 @@ def _line(told: dict[str, Any]) -> str:
         f"seen from {told['keyframes']} places along {told['way']:.1f} m",
         f"{told['loops']} loop{'' if told['loops'] == 1 else 's'} closed",
         f"{told['doors']} possible door{'' if told['doors'] == 1 else 's'}",
+        *([f"{told['junctions']} marked junction{'' if told['junctions'] == 1 else 's'}"] if told["junctions"] else []),
         way_out,
         f"places known to {100 * told['deviation']:.1f} cm or better",
     ]

@@ -218,7 +218,7 @@ class FreeSpaceSettings(Settings):
     before: Positive = 0.1
     """The last part of a beam before its hit does not count as free, m."""
     every: Count = 5
-    """After this many ticks a scan is drawn, the first that is matched then."""
+    """After this many ticks a scan is drawn, the first that is matched then; one that shows something new, at once."""
     gain: Count = 2
     """The increment of a cell for a beam that passes through it."""
     loss: Count = 3
@@ -260,7 +260,11 @@ class ReckoningSettings(Settings):
     turn_way: Positive = 0.03
     """and by this much more for each metre of way, rad,"""
     turn_turn: Share = 0.05
-    """and for each radian of turn."""
+    """and for each radian of turn,"""
+    slips: Positive = 3.0
+    """and by this many times what scans have lately had to correct, for wheels that slip."""
+    fading: Share = 0.9
+    """With each scan an older correction counts this much of what it did."""
 
 
 class PlaceSettings(Settings):

@@ -15,7 +15,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
 from perception.mapping.planning import EdgeAhead, ShortestWays, plan_from
-from perception.mapping.reckoning import Reckoning
+from perception.mapping.reckoning import Reckoning, Slip
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
@@ -74,7 +74,10 @@ class Surveyor:
         free_space: where the robot can drive.
         confidence: whether it knows where the robot is; while it does not, nothing enters the map.
         sure: whether this tick's scan has been looked at and fits the map.
+        surprised: whether the last scan that was looked at shows something amid free cells, such as a door that has
+            shut; such scans are drawn at once.
         supposed: where the robot is said to be on a map that was made before, until a scan shows it.
+        began: where the run began on the map; None where nobody has said it.
     """
 
     settings: MappingSettings
@@ -83,10 +86,13 @@ class Surveyor:
     free_space: FreeSpace = field(init=False)
     confidence: Confidence = field(init=False)
     sure: bool = False
+    surprised: bool = False
     supposed: Supposition | None = None
+    began: Supposition | None = field(default_factory=Supposition)
     _ticks: int = 0
     _undrawn: int = field(init=False)
     _since_fit: Reckoning = field(init=False)
+    _slip: Slip = field(default_factory=Slip)
     _rough: float = 0.0
     _relocation: Relocation | None = None
     _ways: KnownWays | None = None
@@ -150,14 +156,21 @@ class Surveyor:
             supposed: where the robot is said to be; None where nothing is known: it is lost until it has been found.
         """
         again = cls(mapper.settings, start)
-        again.mapper, again.free_space, again.supposed = mapper, free_space, supposed
+        again.mapper, again.free_space, again.supposed, again.began = mapper, free_space, supposed, supposed
         if supposed is None:
             again.confidence.knowledge = Knowledge.LOST
         return again
 
     def from_the_start(self) -> Surveyor:
-        """A surveyor with the same map for a robot that is back where the map began."""
-        return Surveyor.resumed(self.mapper, self.free_space, self.start, Supposition())
+        """A surveyor with the same map for a robot that is back where the run began."""
+        return Surveyor.resumed(self.mapper, self.free_space, self.start, self.began)
+
+    def began_at_start(self, within: float) -> bool:
+        """Whether the run began where the map was begun, or at most so far from there, m."""
+        if self.began is None:
+            return False
+        place, start = compose(self.keyframe(self.began.keyframe), self.began.pose), self.keyframe(0)
+        return norm(place.x - start.x, place.y - start.y) <= within
 
     def suppose(self, pose: Pose) -> Supposition:
         """A robot that is said to be at a pose in the world model's frame, as seen from the nearest keyframe."""
@@ -201,7 +214,7 @@ class Surveyor:
         # Only what has been looked at enters the map: the robot may have been carried since the last scan.
         self.sure = looked and self.knowledge is Knowledge.KNOWN and self.mapper.fits
         self._undrawn += 1
-        if self.sure and self._undrawn >= self.settings.free_space.every:
+        if self.sure and (self.surprised or self._undrawn >= self.settings.free_space.every):
             self.free_space.see(sweep, self.pose)
             self._undrawn = 0
         self._ticks += 1
@@ -239,18 +252,21 @@ class Surveyor:
         if found is None:
             self._rough = math.inf
             return
-        self._since_fit = Reckoning(self.settings.reckoning)
         by = mapper.correction
+        self._slip = self._slip.corrected(by, self.settings.reckoning)
+        self._since_fit = Reckoning(self.settings.reckoning, self._slip)
         rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
         self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
 
     def _agrees(self, sweep: ScanPoints, found: Match | None) -> bool:
         """Whether the grid agrees with where a scan fits the last keyframes, or else with where odometry has led."""
+        self.surprised = False
         if found is None and not self._measured:
             return False
         offset = found.pose if found is not None else self.mapper.offset
         place = compose(self.start, compose(self.mapper.graph.poses[-1], offset))
         agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
+        self.surprised = agreement.contradicted > 0
         return self.confidence.believes(found, agreement)
 
     def _possible(self, offset: Pose) -> bool:

@@ -1,5 +1,6 @@
 """The file of a map: what it holds comes back, what is damaged is refused, and a robot goes on with it."""
 
+import copy
 import math
 import os
 import re
@@ -14,6 +15,7 @@ from perception import Perception
 from perception.map_document import MapError, parsed, read_map, text_of, write_map
 from perception.mapping.confidence import Knowledge
 from perception.mapping.frames import between
+from perception.marks import Direction
 from perception.saved_map import document_of, start_of, world_of
 from tests.perception.scenes import NOISE, PICO, cells, scan_of
 from transport.messages import Observation, Odometry, Pose, Scan
@@ -150,8 +152,8 @@ DAMAGED = [
     ("[" * 100_000, "this is not a map"),
     ('{"format": "maze"}', "this is not a map"),
     (ROOM[:300], "this is not a map, or a damaged one: EOF while parsing an object at line 16 column 31"),
-    (ROOM.replace('"version": 1', '"version": 2'), "the map is of version 2, and this program reads version 1"),
-    (ROOM.replace(' "version": 1,\n', ""), "`version` is missing"),
+    (ROOM.replace('"version": 2', '"version": 3'), "the map is of version 3, and this program reads versions 1 and 2"),
+    (ROOM.replace(' "version": 2,\n', ""), "`version` is missing"),
     (ROOM.replace('"doors"', '"door"'), "`doors` is missing"),
     (ROOM.replace("#........#", "#...x....#"), "`grid.rows` has 'x' in row 2"),
     (ROOM.replace('"#........#"', '"#...."'), "`grid.rows` has a row 2 of 5 cells, where the first has 10"),
@@ -160,6 +162,9 @@ DAMAGED = [
     (ROOM.replace("0.003]", "1e-200]"), "`keyframes.0.points.0.3` must be"),
     (ROOM.replace("[1.0, 0.0, 3", "[1e999, 0.0, 3"), "`keyframes.0.points.0.0` must be a finite number"),
     (ROOM.replace("[0.0, 0.0, 0.0]", "[90, 0, 0]"), "`keyframes.0` is far from all that the grid shows"),
+    (ROOM.replace('"place": [0.0', '"place": [90'), "`junctions.0` is far from all that the grid shows"),
+    (ROOM.replace("[1, 0, 1, 0]", "[1, 0, 1]"), "`junctions.0.marks.3` is missing"),
+    (ROOM.replace("[1, 0, 1, 0]", "[1, 0, -1, 0]"), "`junctions.0.marks.2` must be"),
     (ROOM.replace('"steps": []', '"steps": 3'), "`steps` must be several values"),
     (looped("[1, 0, 0, 1, 0, 1]"), "`loops.0` must lead from a keyframe to a later one"),
     (looped("[1, 0, 0, -1, 0, 1]"), "`loops.0.information` must be that of a measurement"),
@@ -204,3 +209,44 @@ def test_it_is_written_whole(tmp_path, world):
     write_map(file, document_of(world))
     assert read_map(file) == document_of(world)
     assert [one.name for one in tmp_path.iterdir()] == ["a.map"]
+
+
+@pytest.fixture
+def marked(world):
+    """The document of a run that has marked two junctions on its way out, and its world model."""
+    driven = copy.deepcopy(world)
+    for pose in (Pose(1.0, 0.0, 0.0), Pose(3.0, 0.1, math.pi / 2)):
+        driven.marks.arrive(pose)
+        driven.marks.mark(Direction.AHEAD)
+    return document_of(driven, left=True), driven
+
+
+def test_the_marks_of_a_run_that_led_out_are_in_the_file(marked):
+    document, driven = marked
+    assert [one.marks for one in document.junctions] == [(1, 0, 1, 0), (0, 1, 0, 1)]
+    assert document_of(driven).junctions == (), "it has not left the maze"
+    again = parsed(text_of(document).encode(), "again")
+    assert again == document
+    resumed = world_of(again, driven.settings, start_of(again))
+    assert document_of(resumed).junctions == document.junctions
+    # In the next run the way on from the second junction is the one that leads out.
+    resumed.marks.arrive(Pose(3.05, 0.0, math.pi / 2))
+    assert resumed.marks.leads_out(Direction.AHEAD)
+    assert not resumed.marks.leads_out(Direction.LEFT)
+
+
+@pytest.mark.parametrize("at", [None, Pose(2.0, 0.0, 0.0)])
+def test_marks_say_nothing_to_a_robot_that_begins_elsewhere(marked, at):
+    document, driven = marked
+    resumed = world_of(document, driven.settings, at)
+    resumed.marks.arrive(Pose(3.0, 0.1, math.pi / 2))
+    assert not any(resumed.marks.leads_out(way) for way in Direction)
+    assert document_of(resumed, left=True).junctions == ()
+
+
+def test_a_file_of_the_first_version_has_no_junctions():
+    first = ROOM.replace('"version": 2', '"version": 1').replace(
+        ' "junctions": [\n  {"place": [0.0, 0.0, 0.0], "marks": [1, 0, 1, 0]}],\n', ""
+    )
+    assert "junctions" not in first
+    assert parsed(first.encode(), "first").junctions == ()

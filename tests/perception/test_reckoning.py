@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from perception.mapping.frames import compose
-from perception.mapping.reckoning import Reckoning
+from perception.mapping.reckoning import Reckoning, Slip
 from perception.mapping.settings import ReckoningSettings
 from transport.messages import Pose
 
@@ -44,3 +44,17 @@ def test_each_tick_without_odometry_allows_what_a_robot_can_drive_in_it(ticks):
     reckoning = driven([None] * ticks)
     assert reckoning.allows(Pose(SETTINGS.most_step * ticks))
     assert not reckoning.allows(Pose(SETTINGS.most_step * ticks + SETTINGS.place + 0.01))
+
+
+def test_wheels_that_have_slipped_may_have_slipped_again():
+    slip = Slip().corrected(Pose(0.01, 0.0, 0.06), SETTINGS)
+    for _ in range(3):
+        slip = slip.corrected(Pose(), SETTINGS)
+    turned = Pose(0.05, heading=SETTINGS.turn + 0.1)
+    for known, allowed in ((Slip(), False), (slip, True)):
+        reckoning = Reckoning(SETTINGS, known)
+        reckoning.move(Pose(0.05))
+        assert reckoning.allows(turned) is allowed
+    for _ in range(40):
+        slip = slip.corrected(Pose(), SETTINGS)
+    assert slip.turn < 0.002, "once they no longer slip it is forgotten"

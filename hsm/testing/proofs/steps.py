@@ -22,11 +22,13 @@ from hsm.testing.proofs.event_data import EventSymbols, carried, with_waiting
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.points import (
     ENDED,
+    NOTHING_LOOSE,
     SETTLING,
     AnyOf,
     CarriedEvent,
     FailingStep,
     Label,
+    Loose,
     Part,
     Place,
     Point,
@@ -121,6 +123,7 @@ class Stepper:
         messages: the events of the machine.
         events: names that may come from outside.
         settled: replaces values that would grow without bound; the last argument are other values in use.
+        loose: what parts that are not followed may do.
 
     Attributes:
         faults: steps that cannot be done.
@@ -137,6 +140,7 @@ class Stepper:
         messages: EventSymbols,
         events: Sequence[str],
         settled: Callable[[tuple[Value, ...], Diagram, tuple[Value, ...]], list[tuple[tuple[Value, ...], Diagram]]],
+        loose: Loose = NOTHING_LOOSE,
     ) -> None:
         self._machine = machine
         self._selections = selections
@@ -144,6 +148,9 @@ class Stepper:
         self._messages = messages
         self._events = events
         self._settled = settled
+        symbols = microsteps.symbols
+        self._loose = frozenset(symbols.number("signal", (one.name, ()), one.type) for one in loose.signals)
+        self._loose_events = loose.events
         self._diagrams = selections.diagrams
         self._numbers: dict[Place, int] = {}
         self._places: list[Place] = []
@@ -282,7 +289,7 @@ class Stepper:
         for failing in expansion.failing:
             self._fail(self._places[number], failing, among)
         for way in expansion.ways:
-            further = both(self.released(among, way.fresh), way.among)
+            further = self.released(both(self.released(among, way.fresh), way.among), self._loose)
             if further == FALSE:
                 continue
             if way.plan is not None:
@@ -351,6 +358,11 @@ class Stepper:
                     rest = self._diagrams.without(rest, further)
         if rest == FALSE:
             return
+        if stage.part <= Part.CONDITIONS or stage.part is Part.SETTLING:
+            for name in self._loose_events:
+                # What is not heard changes nothing; it would only look like an endless sequence.
+                own = self._number(place)
+                yield from (one for one in self._heard(found, place, name, rest, None) if one.target != own)
         if queue:
             yield from self._heard(found, (stage, point, queue[1:]), queue[0], rest, None)
             return

@@ -1,11 +1,10 @@
 """Coupled parallel regions, a few at a time, while the others may do anything that those few can notice.
 
 Regions that read, ask or send events to one another have as many states together as the product of their own. A
-property often needs only the region that it names. So the others are left in their initial states, and what they could do to the
-rest is free instead: each ``in(...)`` of them has any value whenever it is asked, each variable that they set, too, and
-the events that they raise may come at any moment of a step. That only adds runs, so what is proved holds for the
-machine.
-What is not proved is tried with the neighbours of those regions, and then with all.
+property often needs only the region that it names. So the others are left in their initial states, and what they
+could do to the rest is free instead: each ``in(...)`` of them has any value whenever it is asked, each variable that
+they set, too, and the events that they raise may come at any moment of a step. That only adds runs, so what is proved
+holds for the machine. What is not proved is tried with the neighbours of those regions, and then with all.
 
 Source: Kurshan, "Computer-aided verification of coordinating processes" (1994), localization reduction.
 """

@@ -121,7 +121,7 @@ class _Proof:
         self.possible: Possible | None = None
         self.resting: frozenset[int] = frozenset()
         self._seconds = seconds
-        self._longest = nanoseconds(assumed.longest_tick)
+        self._longest = nanoseconds(assumed.pace(machine.model))
         self._parameters = assumed.values(machine.model)
         self._loose = part.loose
         self._conditions = [one for stated in machine.model.properties for one in conditions_of(stated.claim)]
@@ -163,7 +163,7 @@ class _Proof:
         if len(values) < len(self._parameters):
             undecided = Status.UNDECIDED
             return {name: PropertyVerdict(name, text, undecided, reason=obstacle) for name, text in texts.items()}
-        searched = search(self._whole, values, tick=self._assumed.longest_tick)
+        searched = search(self._whole, values, tick=self._assumed.pace(self._whole.model))
         shown = {**searched.violations, **({} if searched.fault is None else {NO_FAULT: searched.fault})}
         reason = f"{obstacle}; {searched.extent}"
         return {

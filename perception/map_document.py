@@ -7,6 +7,7 @@ one frame, the map's, in metres and radians, x forward and y left.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -175,16 +176,27 @@ class MapDocument(_Part):
         for number, step in enumerate(self.steps):
             if (step.first, step.second) != (number, number + 1):
                 raise ValueError(f"`steps.{number}` must lead from keyframe {number} to {number + 1}")
-        for number, keyframe in enumerate(self.keyframes):
-            if not self.covers(*keyframe.pose[:2]):
-                raise ValueError(f"`keyframes.{number}` is far from all that the grid shows")
-        for number, junction in enumerate(self.junctions):
-            if not self.covers(*junction.place[:2]):
-                raise ValueError(f"`junctions.{number}` is far from all that the grid shows")
+        for name, (x, y) in self._places():
+            if not self.covers(x, y):
+                raise ValueError(f"`{name}` is far from all that the grid shows")
         for number, loop in enumerate(self.loops):
             if not loop.first < loop.second < count:
                 raise ValueError(f"`loops.{number}` must lead from a keyframe to a later one, below {count}")
         return self
+
+    def _places(self) -> Iterator[tuple[str, Place]]:
+        """All places on the map, by the names of their fields."""
+        for number, keyframe in enumerate(self.keyframes):
+            yield f"keyframes.{number}", keyframe.pose[:2]
+        for number, junction in enumerate(self.junctions):
+            yield f"junctions.{number}", junction.place[:2]
+        for number, door in enumerate(self.doors):
+            yield f"doors.{number}.right", door.right
+            yield f"doors.{number}.left", door.left
+        if self.robot is not None:
+            yield "robot", self.robot[:2]
+        if self.way_out is not None:
+            yield "way_out", self.way_out
 
     def covers(self, x: float, y: float) -> bool:
         """Whether a place is within the grid's drawing, or less than `AROUND` outside of it."""

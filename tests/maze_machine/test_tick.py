@@ -1,6 +1,8 @@
 """The one value that says what happened in a tick: its JSON, by the published schema, wherever it goes."""
 
+import io
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -8,13 +10,22 @@ import pytest
 
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
+from maze_machine.drive.path_recorder import PathRecorder
+from maze_machine.drive.replay import Keeper
 from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import shown_ranges
 from maze_machine.drive.tick_json import LINE
-from maze_machine.report.pages import LOOKED_AT, recorded_frames
+from maze_machine.drive.trace import TraceWriter
+from maze_machine.remote.client import RemoteMachine
+from maze_machine.remote.opened import OpenRun
+from maze_machine.remote.operated import OperatedRun
+from maze_machine.report.pages import LOOKED_AT, ShownRun, recorded_frames
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from perception import Perception
 from transport.description import RobotDescription
+from transport.memory_bus import MemoryNetwork
+from transport.messages import Pose
+from transport.recording import Recorder, read_recording
 from transport.world import LockstepRobot
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -92,3 +103,28 @@ def test_a_recorded_run_shows_the_map_that_the_robot_made():
     assert frames[-1]["place"] == "known"
     assert frames[-1]["sights"]["map"] == sights(ticks[-1].facts)["map"]
     assert "place" not in run("pledge", 0.5)[2][-1].json
+
+
+def test_one_record_feeds_trace_recording_page_network_and_pictures(schema, tmp_path):
+    mission, _, (*_, last) = run("pledge", 0.5)
+    heading_for = replace(last.command, goal=Pose(1.0, 2.0, 0.5))
+    marked = replace(last, leading="a marked state", events=("a marked event",), command=heading_for, place="known")
+    trace, frames, trail, network = io.StringIO(), [], PathRecorder(), MemoryNetwork()
+    recorder = Recorder(tmp_path / "run.mcap", "pico")
+    with OpenRun(network.bus(), mission, OperatedRun(mission, pausable=True), {}) as opened:
+        shown = ShownRun(lambda make: frames.append(make()), lambda _: None)
+        for watch in (TraceWriter(trace, mission), Keeper(recorder), shown, opened, trail):
+            watch(marked)
+        heard = RemoteMachine(network.bus(), mission.profile.robot.name).newest_step()()
+    recorder.close()
+    recorded = read_recording(tmp_path / "run.mcap").ticks[0].step
+    traced = json.loads(trace.getvalue().splitlines()[-1])
+    assert traced == json.loads(json.dumps(marked.line))
+    whole = json.loads(json.dumps(marked.json))
+    for told in (recorded, frames[0], heard):
+        assert {name: value for name, value in told.items() if name in whole} == whole
+        assert told["doing"] == "a marked state"
+        assert told["events"] == traced["events"] == ["a marked event"]
+        assert told["goal"] == traced["goal"] == [1.0, 2.0, 0.5]
+    assert trail.states == ["a marked state"]
+    assert not list(schema.iter_errors({name: one for name, one in heard.items() if name not in ("paused", "ended")}))

@@ -45,7 +45,7 @@ _FAR = 1e-6
 _TIMED = (Recurrence, Response)
 
 _MOVING = (*_TIMED, Paced)
-"""Claims that must be looked at although nothing changes, as soon as they remember something."""
+"""Claims that a step can violate although nothing changes, once they remember something."""
 
 
 def begin(stated: Property, time: float) -> Memory:

@@ -16,7 +16,7 @@ from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
 from hsm.model.events import StateEvent
-from hsm.testing.proofs.courses import Expansion, Failing, Origin, Continuation, Ways, on_cycles
+from hsm.testing.proofs.courses import Continuation, Expansion, Failing, Origin, Ways, on_cycles
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram, TooMany
 from hsm.testing.proofs.event_data import EventSymbols, carried, with_waiting
 from hsm.testing.proofs.microsteps import Microsteps

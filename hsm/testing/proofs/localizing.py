@@ -23,7 +23,16 @@ from hsm.model.rewriting import Rewriter, actions_of, parts_of
 from hsm.model.types import BOOLEAN, Boolean, Enumeration, Type
 from hsm.testing.proofs.microsteps import counters
 from hsm.testing.proofs.points import Loose
-from hsm.testing.proofs.slices import Part, Slice, closed_regions, depends, overlaps, parts_of_regions, resting, uses
+from hsm.testing.proofs.slices import (
+    Dependencies,
+    Slice,
+    closed_regions,
+    depends,
+    overlaps,
+    parts_of_regions,
+    resting,
+    uses,
+)
 
 FEWEST = 4
 """Machines in which fewer regions depend on one another are decided whole."""
@@ -83,7 +92,7 @@ class Localizer:
         return Slice(model, stated, kept=kept, loose=Loose(tuple(signals.values()), tuple(events)))
 
     def _read_by(self, stated: Sequence[Property]) -> set[int]:
-        asked = Part()
+        asked = Dependencies()
         for one in stated:
             for condition in conditions_of(one.claim):
                 asked.reads(condition)

@@ -57,7 +57,7 @@ class Slice:
 
 
 @dataclass(slots=True)
-class Part:
+class Dependencies:
     """What a region, or all that is in no region, reads and does.
 
     Attributes:
@@ -106,7 +106,7 @@ def slices(model: Model, stated: Sequence[Property]) -> list[Slice]:
             found[kept] = []
     covering = set(found)
     for one in stated:
-        asked = Part()
+        asked = Dependencies()
         for condition in conditions_of(one.claim):
             asked.reads(condition)
         if one.scope is not None:
@@ -142,13 +142,16 @@ def _closed_in(model: Model, region: int) -> bool:
     return True
 
 
-def parts_of_regions(model: Model, regions: Sequence[int]) -> Mapping[int, Part]:
+def parts_of_regions(model: Model, regions: Sequence[int]) -> Mapping[int, Dependencies]:
     """What each region reads and does; under -1 what is in no region, with the assumptions."""
 
-    def part(state: int) -> Part:
+    def part(state: int) -> Dependencies:
         return found[next((one for one in regions if state in model.states[one].subtree), -1)]
 
-    found = {-1: Part(), **{one: Part(reports={"fault"}) for one in regions}}  # any guard or action may fail
+    found = {
+        -1: Dependencies(),
+        **{one: Dependencies(reports={"fault"}) for one in regions},
+    }  # any guard or action may fail
     for transition in model.transitions:
         own = part(transition.source)
         own.leads.update(transition.targets)
@@ -173,7 +176,7 @@ def parts_of_regions(model: Model, regions: Sequence[int]) -> Mapping[int, Part]
     return found
 
 
-def _note_trigger(part: Part, transition: Transition) -> None:
+def _note_trigger(part: Dependencies, transition: Transition) -> None:
     match transition.trigger:
         case On(names):
             part.hears.update(names)
@@ -188,7 +191,7 @@ def _note_trigger(part: Part, transition: Transition) -> None:
         part.reads(transition.guard)
 
 
-def _note_actions(part: Part, actions: Iterable[Action]) -> None:
+def _note_actions(part: Dependencies, actions: Iterable[Action]) -> None:
     for action in actions:
         match action:
             case Assign(variable, value):
@@ -204,12 +207,14 @@ def _note_actions(part: Part, actions: Iterable[Action]) -> None:
                 part.raises.add(label)
 
 
-def _read_all(part: Part, expressions: Iterable[Expression]) -> None:
+def _read_all(part: Dependencies, expressions: Iterable[Expression]) -> None:
     for one in expressions:
         part.reads(one)
 
 
-def _closed(model: Model, parts: Mapping[int, Part], regions: Sequence[int], begin: Collection[int]) -> frozenset[int]:
+def _closed(
+    model: Model, parts: Mapping[int, Dependencies], regions: Sequence[int], begin: Collection[int]
+) -> frozenset[int]:
     """Some regions with all that they, or what is in no region, depend on."""
     kept = set(begin)
     changed = True
@@ -222,7 +227,7 @@ def _closed(model: Model, parts: Mapping[int, Part], regions: Sequence[int], beg
     return frozenset(kept)
 
 
-def depends(model: Model, parts: Mapping[int, Part], part: int, region: int) -> bool:
+def depends(model: Model, parts: Mapping[int, Dependencies], part: int, region: int) -> bool:
     """Whether a part of a machine may do something else depending on what a region does."""
     reading, doing = parts[part], parts[region]
     if uses(model, region, doing, reading):
@@ -233,7 +238,7 @@ def depends(model: Model, parts: Mapping[int, Part], part: int, region: int) -> 
     return part == -1 and overlaps(reading.hears, doing.reports | doing.hears)
 
 
-def uses(model: Model, region: int, doing: Part, reading: Part) -> bool:
+def uses(model: Model, region: int, doing: Dependencies, reading: Dependencies) -> bool:
     """Whether something reads a variable that a region sets, or asks for its states."""
     inside = {model.states[one].name for one in model.states[region].subtree}
     return not (reading.variables.isdisjoint(doing.assigns) and reading.active.isdisjoint(inside))

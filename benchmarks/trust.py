@@ -5,7 +5,7 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
     mutation [MACHINE ...]     each shipped machine: mutants killed by its tests, proved equivalent, left
-    regions [COUNT]            independent parallel regions of four states; six of them
+    regions [COUNT]            parallel regions of four states, independent and coupled; six of them
     planted                    twenty mistakes in ten machines that are not robots in mazes
     cross-check FROM TO RUNS [FILE]
                                random machines, drawn from these seeds: what was proved against as many random runs;
@@ -179,20 +179,27 @@ def planted():
 
 
 def regions(count):
-    """Parallel regions of four states."""
+    """Parallel regions of four states: independent ones, and such that depend on one another."""
+    import resource
     from tempfile import TemporaryDirectory
 
+    from tests.trust.coupled import COUPLINGS, coupled_text
     from tests.trust.library import make_library
     from tests.trust.regions import regions_text
 
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "regions.maze-machine"
-        path.write_text(regions_text(count))
-        model = load_model(path, make_library())
-    begin = process_time()
-    verdicts = check(model)
-    print(f"{count} regions: {sum(one.proved for one in verdicts)} of {len(verdicts)} proved, "
-          f"{verdicts[0].states} states; {process_time() - begin:.2f} s")  # fmt: skip
+    texts = {"independent": regions_text(count)} | {kind: coupled_text(kind, count) for kind in COUPLINGS}
+    print(f"{count} regions  {'proved':>10}{'states':>8}{'s':>7}{'MiB':>6}")
+    for kind, text in texts.items():
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "regions.maze-machine"
+            path.write_text(text)
+            model = load_model(path, make_library())
+        begin = process_time()
+        verdicts = check(model)
+        seconds = process_time() - begin
+        proved = f"{sum(one.proved for one in verdicts)} of {len(verdicts)}"
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(f"{kind:11}{proved:>10}{verdicts[0].states:8}{seconds:7.2f}{memory:6.0f}")
 
 
 def cross_check(first, last, runs, kept):

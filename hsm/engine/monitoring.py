@@ -24,6 +24,7 @@ from hsm.model.properties import (
     Recurrence,
     Response,
     conditions_of,
+    paced,
 )
 from hsm.model.values import dataclass
 
@@ -42,6 +43,9 @@ _FAR = 1e-6
 
 
 _TIMED = (Recurrence, Response)
+
+_MOVING = (*_TIMED, Paced)
+"""Claims that a step can violate although nothing changes, once they remember something."""
 
 
 def begin(stated: Property, time: float) -> Memory:
@@ -149,9 +153,9 @@ class Monitor:
     """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
     What stays violated from step to step is reported once, and a broken assumption once in a run. Assumptions come
-    first; ``PACE`` is one of them where the machine states anything. A step that took nothing leaves the states and
-    variables as they are; after it, only claims about signals, those that wait for a deadline, and those that were
-    violated are examined again.
+    first; ``PACE`` is one of them where the machine states anything, but no longest tick of its own. A step that took
+    nothing leaves the states and variables as they are; after it, only claims about signals, those that wait for a
+    deadline, and those that were violated are examined again.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
@@ -160,12 +164,12 @@ class Monitor:
         self._stated: Sequence[Property] = (*model.assumptions, *model.properties)
         self._assumed = len(model.assumptions)
         self._pace: Memory = begin(PACE, supervisor.time)
-        self._paced = bool(self._stated)
+        self._paced = bool(self._stated) and paced(model.assumptions) is None
         self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
         self._violated: set[int] = set()
         self._all = range(len(self._stated))
         self._of_signals = frozenset(index for index in self._all if _asks_signals(self._stated[index].claim))
-        self._timed = frozenset(index for index in self._all if isinstance(self._stated[index].claim, _TIMED))
+        self._timed = frozenset(index for index in self._all if isinstance(self._stated[index].claim, _MOVING))
         self._began = False
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:

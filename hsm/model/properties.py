@@ -5,7 +5,7 @@ Conditions are evaluated after each step, with the signals of that step.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from hsm.model.diagnostics import Place
@@ -62,6 +62,12 @@ class Paced:
     """Each step comes at most this many seconds after the last: the assumption of every proof about a run."""
 
     within: float
+
+
+def paced(assumptions: Iterable[Property]) -> float | None:
+    """The longest time between two steps that some assumptions about the whole run state, s; None where none does."""
+    stated = (one.claim.within for one in assumptions if isinstance(one.claim, Paced) and one.scope is None)
+    return min(stated, default=None)
 
 
 Claim = Never | AlwaysHolds | Recurrence | Response | Precedence | Paced

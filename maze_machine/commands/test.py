@@ -59,11 +59,14 @@ def test(
         ),
     ] = None,
     longest_tick: Annotated[
-        float,
+        float | None,
         typer.Option(
-            min=1e-6, metavar="SECONDS", help=("The assumption of proofs about the longest time between two steps.")
+            min=1e-6,
+            metavar="SECONDS",
+            help="The longest time between two steps that proofs assume, if the machine states no shorter one."
+            " Default: what it states, or 0.1.",
         ),
-    ] = 0.1,
+    ] = None,
     parameters: Annotated[
         list[str] | None,
         typer.Option(
@@ -147,6 +150,7 @@ def test(
             "--mutate": generate and mutate,
             "--require": require is not None,
             "--depth": depth is not None,
+            "--longest-tick": longest_tick is not None,
             "--param": parameters,
             "--free": free,
             "--assume": assume,

@@ -219,3 +219,71 @@ def test_the_longest_tick_is_monitored(tmp_path):
     (broken,) = told
     assert broken.assumed
     assert str(broken) == "assumption longest tick is broken at 0.301 s in a: a step comes at most 0.1 s after the last"
+
+
+SLOW = """machine m
+
+assume pace : always tick <= {pace}
+
+property quick : always eventually not in(b) within 2.6 s
+
+initial a
+
+state a
+    when door.open -> b
+
+state b
+    after 2 s -> c
+
+state c
+    after 1 s -> a
+"""
+
+
+@pytest.mark.parametrize(("pace", "proved"), [("0.2 s", True), ("250 ms", True), ("0.5 s", False)])
+def test_the_longest_tick_is_stated_in_the_file(tmp_path, pace, proved):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(SLOW.format(pace=pace))
+    model = load_model(path, make_library())
+    assert f"at most {'0.25' if 'ms' in pace else pace[:3]} s after the last" in Assumptions().lines(model)[0]
+    (verdict,) = check(model, only={"quick"})
+    assert verdict.proved is proved
+    assert verdict.violated is not proved
+    assert Assumptions(longest_tick=2.0).pace(model) == Assumptions().pace(model)
+    assert Assumptions(longest_tick=0.01).pace(model) == 0.01
+
+
+def test_the_stated_longest_tick_is_monitored_instead_of_the_usual_one(tmp_path):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(SLOW.format(pace="0.25 s"))
+    script = Script({"door.open": False, "ahead": 1.0})
+    run = Machine(scripted(load_model(path, make_library()))).start(facts=script)
+    monitor, told = Monitor(run), []
+    for time in (0.0, 0.1, 0.35, 0.6, 0.851, 0.9, 1.9):
+        told += monitor.look(script, run.step(time, (), script))
+    (broken,) = told
+    assert broken.assumed
+    assert "assumption pace is broken at 0.851 s in a: always tick <= 0.25 s" in str(broken)
+
+
+@pytest.mark.parametrize("line", ["property pace : always tick <= 0.25 s", "assume pace : always tick < 0.25 s"])
+def test_the_longest_tick_is_stated_in_one_way(tmp_path, line):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(SLOW.replace("assume pace : always tick <= {pace}", line))
+    with pytest.raises(MachineError, match="tick"):
+        load_model(path, make_library())
+
+
+@pytest.mark.parametrize("limit", ["0 s", "-1 s", "far", "3 m"])
+def test_a_longest_tick_is_a_constant_time_above_zero(tmp_path, limit):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(SLOW.replace("{pace}", limit))
+    with pytest.raises(MachineError):
+        load_model(path, make_library())
+
+
+def test_a_variable_may_have_the_name_of_the_tick(tmp_path):
+    path = tmp_path / "m.maze-machine"
+    path.write_text(SLOW.format(pace="3").replace("initial a\n", "var tick : int = 0\ninitial a\n", 1))
+    model = load_model(path, make_library())
+    assert Assumptions().pace(model) == 0.1

@@ -13,7 +13,7 @@ from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.dsl.syntax.tokens import Token
 from hsm.model.chart import State
 from hsm.model.expressions import Active, Binary, Expression, Literal
-from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
+from hsm.model.properties import AlwaysHolds, Claim, Never, Paced, Precedence, Property, Recurrence, Response
 from hsm.model.types import BOOLEAN
 
 
@@ -84,24 +84,47 @@ def _holds(state: State) -> tuple[str, ...]:
     return state.activity.activity.holds if state.activity is not None else ()
 
 
+TICK = "tick"
+"""In an assumption ``always tick <= DURATION``: the time between two steps."""
+
+NO_PACE = "the longest tick cannot be 0 s"
+NO_PACE_HINT = "write the longest time between two steps that you expect, such as `0.25 s`"
+
+
 def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, report: Report) -> Property | None:
-    conditions = [scope.condition(one) for one in line.conditions]
+    pace = _pace(line, scope)
+    conditions = [] if pace is not None else [scope.condition(one) for one in line.conditions]
     within = None
-    if line.within is not None:
-        value = scope.duration(line.within)
-        if isinstance(value, Literal):
+    limit = line.within if pace is None else pace
+    if limit is not None:
+        value = scope.duration(limit)
+        if isinstance(value, Literal) and pace is not None and value.value == 0:
+            report.add("E0307", place_of(report.file, first_token(limit), last_token(limit)), NO_PACE, NO_PACE_HINT)
+        elif isinstance(value, Literal):
             within = float(value.value)
         elif value is not None:
-            place = place_of(report.file, first_token(line.within), last_token(line.within))
+            place = place_of(report.file, first_token(limit), last_token(limit))
             report.add("E0303", place, "the time in a property must be constant")
     given = [one for one in conditions if one is not None]
-    if len(given) < len(conditions) or (line.within is not None and within is None):
+    if len(given) < len(conditions) or (limit is not None and within is None):
         return None
     last = last_token(line.within if line.within is not None else line.conditions[-1])
     place = place_of(report.file, line.name, last)
     # The last token may be followed by brackets that close; a comment belongs to no claim.
     text = source[place.line - 1][line.keyword.column - 1 :].partition("#")[0].rstrip()
-    return Property(str(line.name), _claim(line.kind, given, within or 0.0), text, place)
+    claim = Paced(within or 0.0) if pace is not None else _claim(line.kind, given, within or 0.0)
+    return Property(str(line.name), claim, text, place)
+
+
+def _pace(line: ast.PropertyLine, scope: Scope) -> ast.Expression | None:
+    """The time that an assumption about the longest tick states; None where a line states something else."""
+    if not isinstance(line, ast.AssumptionLine) or line.kind != "always":
+        return None
+    match line.conditions[0]:
+        case ast.BinarySyntax(operator, Token(type="NAME") as left, limit) if (operator, left) == ("<=", TICK):
+            known = {*scope.variables, *scope.definitions, *scope.library.signals}
+            return None if TICK in known else limit
+    return None
 
 
 def _claim(kind: str, conditions: Sequence[Expression], within: float) -> Claim:

@@ -27,7 +27,7 @@ from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import NEVER, FailingStep, Point, Remembered, Timer, Waiting
+from hsm.testing.proofs.points import NEVER, NOTHING_LOOSE, FailingStep, Loose, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.relevance import deciding, relevant
 from hsm.testing.proofs.selections import Selections
@@ -130,6 +130,7 @@ class Graph:
         precision: how many exact values of variables are kept.
         not_a_number: whether signals may be NaN.
         forgetful: whether what is not read again is left out.
+        loose: what parts of the machine that are not followed may do.
 
     Attributes:
         locations: all of them, in the order in which they were found.
@@ -150,6 +151,7 @@ class Graph:
         precision: Precision,
         not_a_number: bool = True,
         forgetful: bool = True,
+        loose: Loose = NOTHING_LOOSE,
     ) -> None:
         self.machine = machine
         model = machine.model
@@ -185,7 +187,13 @@ class Graph:
             machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried
         )
         self.stepper = Stepper(
-            machine, self._selections, microsteps, messages=messages, events=events, settled=self.regions.settled
+            machine,
+            self._selections,
+            microsteps,
+            messages=messages,
+            events=events,
+            settled=self.regions.settled,
+            loose=loose,
         )
         self._assumed = Assumed(machine, self.evaluator)
         self.locations: list[Location] = []

@@ -6,6 +6,7 @@ from dataclasses import field, replace
 from enum import IntEnum
 
 from hsm.model.events import Event
+from hsm.model.registry import SignalDeclaration
 from hsm.model.values import dataclass
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.values import Value
@@ -173,6 +174,21 @@ class FailingStep:
     among: Diagram
     label: Label
 
+
+@dataclass(frozen=True, slots=True)
+class Loose:
+    """What the parts of a machine that are not followed may do to the others, at any moment of a step.
+
+    Attributes:
+        signals: they replace what those parts decide; each may change between two microsteps.
+        events: what those parts raise.
+    """
+
+    signals: tuple[SignalDeclaration, ...] = ()
+    events: tuple[str, ...] = ()
+
+
+NOTHING_LOOSE = Loose()
 
 ENDED = Stage(Part.END)
 

@@ -8,13 +8,14 @@ from dataclasses import replace
 from hsm.engine.clock import nanoseconds
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model, StateKind
-from hsm.model.properties import conditions_of
+from hsm.model.properties import Property, conditions_of
 from hsm.model.values import dataclass
 from hsm.testing.exploration.violations import search
 from hsm.testing.proofs.continuing import ending
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider
 from hsm.testing.proofs.diagrams import TooMany
 from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
+from hsm.testing.proofs.localizing import MOST_KEPT, Localizer, applies
 from hsm.testing.proofs.possible import Possible, united
 from hsm.testing.proofs.regions import COARSE, FINE, MIDDLE, Precision
 from hsm.testing.proofs.slices import Slice, slices
@@ -27,6 +28,9 @@ SECONDS = 60.0
 """The limit of processor time for a machine's graph, and again for all its properties."""
 
 LOCATIONS = 20_000
+
+SHARE = 8
+"""The part of that time, as its denominator, for each attempt with a few of the regions of a machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +81,7 @@ def examine(
     stated = [one for one in ready.model.properties if only is None or one.name in only]
     fault = only is None or NO_FAULT in only
     parts = slices(ready.model, stated)
-    proofs = [_Proof(ready, one, assumptions or Assumptions(), depth, seconds / len(parts)) for one in parts]
+    proofs = [_proof(ready, one, assumptions or Assumptions(), depth, seconds / len(parts)) for one in parts]
     found: dict[str, PropertyVerdict] = {}
     faults: list[PropertyVerdict] = []
     for part, proof in zip(parts, proofs, strict=True):
@@ -117,8 +121,9 @@ class _Proof:
         self.possible: Possible | None = None
         self.resting: frozenset[int] = frozenset()
         self._seconds = seconds
-        self._longest = nanoseconds(assumed.longest_tick)
+        self._longest = nanoseconds(assumed.pace(machine.model))
         self._parameters = assumed.values(machine.model)
+        self._loose = part.loose
         self._conditions = [one for stated in machine.model.properties for one in conditions_of(stated.claim)]
 
     def verdicts(self, *, fault: bool) -> list[PropertyVerdict]:
@@ -158,7 +163,7 @@ class _Proof:
         if len(values) < len(self._parameters):
             undecided = Status.UNDECIDED
             return {name: PropertyVerdict(name, text, undecided, reason=obstacle) for name, text in texts.items()}
-        searched = search(self._whole, values, tick=self._assumed.longest_tick)
+        searched = search(self._whole, values, tick=self._assumed.pace(self._whole.model))
         shown = {**searched.violations, **({} if searched.fault is None else {NO_FAULT: searched.fault})}
         reason = f"{obstacle}; {searched.extent}"
         return {
@@ -191,7 +196,69 @@ class _Proof:
             events_of(self._machine.model),
             precision=precision,
             not_a_number=self._assumed.not_a_number,
+            loose=self._loose,
         )
+
+
+class _NearbyProof(_Proof):
+    """The decision task for coupled regions: a few of them at a time first, and all for what that does not prove."""
+
+    def __init__(self, machine: Machine, part: Slice, assumed: Assumptions, depth: int | None, seconds: float) -> None:
+        super().__init__(machine, part, assumed, depth, seconds)
+        self._kept = part.kept
+        self._localizer = Localizer(machine.model)
+
+    def verdicts(self, *, fault: bool) -> list[PropertyVerdict]:
+        """One verdict for each property."""
+        budget = Budget(self._seconds / 2, LOCATIONS)
+        none_fails = self._none_fails(budget) if fault else None
+        found = {} if none_fails is None else {NO_FAULT: none_fails}
+        found |= self._nearby({one.name: self._localizer.kept_for(one) for one in self._stated}, budget)
+        left = [one for one in self._stated if one.name not in found]
+        every = [*([NO_FAULT] if fault else []), *(one.name for one in self._stated)]
+        if len(found) < len(every):
+            self._stated = left
+            found |= {one.name: one for one in super().verdicts(fault=fault and none_fails is None)}
+        return [found[name] for name in every]
+
+    def _nearby(self, kept: Mapping[str, frozenset[int]], budget: Budget) -> dict[str, PropertyVerdict]:
+        """The verdicts on properties for which the regions that they name suffice, or those with their neighbours."""
+        found: dict[str, PropertyVerdict] = {}
+        for _ in range(MOST_KEPT):
+            for regions in dict.fromkeys(kept[name] for name in kept if name not in found):
+                stated = [one for one in self._stated if one.name not in found and kept[one.name] == regions]
+                found |= {one.name: one for one in self._tried(regions, stated, budget) if not _open(one)}
+            kept = {name: self._localizer.grown(regions) for name, regions in kept.items()}
+        return found
+
+    def _none_fails(self, budget: Budget) -> PropertyVerdict | None:
+        """Whether no step fails in any region, whatever the others do; None where that is not proved."""
+        shown: list[PropertyVerdict] = []
+        possible: list[Possible] = []
+        resting: set[int] = set()
+        for regions in dict.fromkeys(self._localizer.kept(one) for one in sorted(self._kept)):
+            proof = self._proof(regions, [], budget)
+            verdict = None if proof is None else proof.verdicts(fault=True)[0]
+            if proof is None or proof.possible is None or verdict is None or not verdict.proved:
+                return None
+            shown.append(verdict)
+            possible.append(proof.possible)
+            resting |= proof.resting
+        self.possible, self.resting = united(possible), frozenset(resting)
+        return _together(shown)
+
+    def _tried(self, kept: frozenset[int], stated: Sequence[Property], budget: Budget) -> Sequence[PropertyVerdict]:
+        proof = self._proof(kept, stated, budget)
+        return () if proof is None else proof.verdicts(fault=False)
+
+    def _proof(self, kept: frozenset[int], stated: Sequence[Property], budget: Budget) -> _Proof | None:
+        part = None if budget.spent else self._localizer.slice(kept, stated)
+        return None if part is None else _Proof(self._whole, part, self._assumed, self._depth, self._seconds / SHARE)
+
+
+def _proof(machine: Machine, part: Slice, assumed: Assumptions, depth: int | None, seconds: float) -> _Proof:
+    nearby = depth is None and applies(machine.model, part.kept)
+    return (_NearbyProof if nearby else _Proof)(machine, part, assumed, depth, seconds)
 
 
 def _open(verdict: PropertyVerdict) -> bool:

@@ -34,6 +34,7 @@ from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
 from hsm.model.values import dataclass
+from hsm.testing.proofs.points import NOTHING_LOOSE, Loose
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +45,19 @@ class Slice:
         model: the machine.
         stated: the properties that it decides.
         whole: whether it is one of those that show together what all steps may do.
+        kept: the regions that are followed; empty where all are.
+        loose: what the others may do to those; empty where they do nothing to them.
     """
 
     model: Model
     stated: Sequence[Property]
     whole: bool = True
+    kept: frozenset[int] = frozenset()
+    loose: Loose = NOTHING_LOOSE
 
 
 @dataclass(slots=True)
-class _Part:
+class Dependencies:
     """What a region, or all that is in no region, reads and does.
 
     Attributes:
@@ -90,10 +95,10 @@ def slices(model: Model, stated: Sequence[Property]) -> list[Slice]:
     Returns:
         The slices; one, the machine itself, where its regions depend on one another.
     """
-    regions = _regions(model)
+    regions = closed_regions(model)
     if len(regions) < 2 or model.defers_events():
         return [Slice(model, stated)]
-    parts = _parts(model, regions)
+    parts = parts_of_regions(model, regions)
     needed = {region: _closed(model, parts, regions, {region}) for region in regions}
     found: dict[frozenset[int], list[Property]] = {}
     for kept in sorted(set(needed.values()), key=sorted):
@@ -101,18 +106,18 @@ def slices(model: Model, stated: Sequence[Property]) -> list[Slice]:
             found[kept] = []
     covering = set(found)
     for one in stated:
-        asked = _Part()
+        asked = Dependencies()
         for condition in conditions_of(one.claim):
             asked.reads(condition)
         if one.scope is not None:
             asked.active.add(one.scope)
-        depends = {region for region in regions if _used(model, region, parts[region], asked)}
+        depends = {region for region in regions if uses(model, region, parts[region], asked)}
         kept = _closed(model, parts, regions, depends)
         found.setdefault(kept, []).append(one)
-    return [Slice(_sliced(model, regions, kept), some, kept in covering) for kept, some in found.items()]
+    return [Slice(resting(model, regions, kept), some, kept in covering, kept) for kept, some in found.items()]
 
 
-def _regions(model: Model) -> list[int]:
+def closed_regions(model: Model) -> list[int]:
     """The outermost regions whose transitions stay within them."""
     found: list[int] = []
     for state in model.states:
@@ -137,13 +142,16 @@ def _closed_in(model: Model, region: int) -> bool:
     return True
 
 
-def _parts(model: Model, regions: Sequence[int]) -> Mapping[int, _Part]:
+def parts_of_regions(model: Model, regions: Sequence[int]) -> Mapping[int, Dependencies]:
     """What each region reads and does; under -1 what is in no region, with the assumptions."""
 
-    def part(state: int) -> _Part:
+    def part(state: int) -> Dependencies:
         return found[next((one for one in regions if state in model.states[one].subtree), -1)]
 
-    found = {-1: _Part(), **{one: _Part(reports={"fault"}) for one in regions}}  # any guard or action may fail
+    found = {
+        -1: Dependencies(),
+        **{one: Dependencies(reports={"fault"}) for one in regions},
+    }  # any guard or action may fail
     for transition in model.transitions:
         own = part(transition.source)
         own.leads.update(transition.targets)
@@ -168,7 +176,7 @@ def _parts(model: Model, regions: Sequence[int]) -> Mapping[int, _Part]:
     return found
 
 
-def _note_trigger(part: _Part, transition: Transition) -> None:
+def _note_trigger(part: Dependencies, transition: Transition) -> None:
     match transition.trigger:
         case On(names):
             part.hears.update(names)
@@ -183,7 +191,7 @@ def _note_trigger(part: _Part, transition: Transition) -> None:
         part.reads(transition.guard)
 
 
-def _note_actions(part: _Part, actions: Iterable[Action]) -> None:
+def _note_actions(part: Dependencies, actions: Iterable[Action]) -> None:
     for action in actions:
         match action:
             case Assign(variable, value):
@@ -199,52 +207,55 @@ def _note_actions(part: _Part, actions: Iterable[Action]) -> None:
                 part.raises.add(label)
 
 
-def _read_all(part: _Part, expressions: Iterable[Expression]) -> None:
+def _read_all(part: Dependencies, expressions: Iterable[Expression]) -> None:
     for one in expressions:
         part.reads(one)
 
 
-def _closed(model: Model, parts: Mapping[int, _Part], regions: Sequence[int], begin: Collection[int]) -> frozenset[int]:
+def _closed(
+    model: Model, parts: Mapping[int, Dependencies], regions: Sequence[int], begin: Collection[int]
+) -> frozenset[int]:
     """Some regions with all that they, or what is in no region, depend on."""
     kept = set(begin)
     changed = True
     while changed:
         changed = False
         for region in regions:
-            if region not in kept and any(_depends(model, parts, one, region) for one in (-1, *kept)):
+            if region not in kept and any(depends(model, parts, one, region) for one in (-1, *kept)):
                 kept.add(region)
                 changed = True
     return frozenset(kept)
 
 
-def _depends(model: Model, parts: Mapping[int, _Part], part: int, region: int) -> bool:
+def depends(model: Model, parts: Mapping[int, Dependencies], part: int, region: int) -> bool:
     """Whether a part of a machine may do something else depending on what a region does."""
     reading, doing = parts[part], parts[region]
-    if _used(model, region, doing, reading):
+    if uses(model, region, doing, reading):
         return True
-    if any(one in model.states[region].subtree for one in reading.leads) or _overlaps(reading.hears, doing.raises):
+    if any(one in model.states[region].subtree for one in reading.leads) or overlaps(reading.hears, doing.raises):
         return True
     # Only what is around a region hears its outcomes, and loses an event that the region takes.
-    return part == -1 and _overlaps(reading.hears, doing.reports | doing.hears)
+    return part == -1 and overlaps(reading.hears, doing.reports | doing.hears)
 
 
-def _used(model: Model, region: int, doing: _Part, reading: _Part) -> bool:
+def uses(model: Model, region: int, doing: Dependencies, reading: Dependencies) -> bool:
     """Whether something reads a variable that a region sets, or asks for its states."""
     inside = {model.states[one].name for one in model.states[region].subtree}
     return not (reading.variables.isdisjoint(doing.assigns) and reading.active.isdisjoint(inside))
 
 
-def _overlaps(heard: Collection[str], told: Collection[str]) -> bool:
+def overlaps(heard: Collection[str], told: Collection[str]) -> bool:
+    """Whether some names that are heard are among those that are raised."""
     return bool(told) and ("*" in heard or not set(heard).isdisjoint(told))
 
 
-def _sliced(model: Model, regions: Iterable[int], kept: Collection[int]) -> Model:
+def resting(model: Model, regions: Iterable[int], kept: Collection[int]) -> Model:
     """The machine with all other regions resting in their initial states."""
-    resting = {state for region in regions if region not in kept for state in model.states[region].subtree}
+    rests = {state for region in regions if region not in kept for state in model.states[region].subtree}
     states = (
         replace(one, transitions=(), entry=(), exit=(), initial_actions=(), activity=None)
-        if one.index in resting
+        if one.index in rests
         else one
         for one in model.states
     )
-    return replace(model, states=tuple(states)) if resting else model
+    return replace(model, states=tuple(states)) if rests else model

@@ -8,7 +8,7 @@ the microsteps. Courses that reach the same point are merged, with the union of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -16,17 +16,19 @@ from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
 from hsm.model.events import StateEvent
-from hsm.model.values import dataclass
+from hsm.testing.proofs.courses import Continuation, Expansion, Failing, Origin, Ways, on_cycles
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram, TooMany
 from hsm.testing.proofs.event_data import EventSymbols, carried, with_waiting
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.points import (
     ENDED,
+    NOTHING_LOOSE,
     SETTLING,
     AnyOf,
     CarriedEvent,
     FailingStep,
     Label,
+    Loose,
     Part,
     Place,
     Point,
@@ -34,7 +36,6 @@ from hsm.testing.proofs.points import (
     Stage,
 )
 from hsm.testing.proofs.possible import Possible
-from hsm.testing.proofs.selections import Path as GuardPath
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import Value
 from hsm.testing.proofs.zones import ROUNDING
@@ -42,73 +43,6 @@ from hsm.testing.scenarios.script import FAULT
 
 MOST_POINTS = 4_000
 """At most this many points are visited within one step."""
-
-Ways = dict[int, dict[int, Diagram]]
-"""From one place to others, by their numbers, each with the signals."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Way:
-    """One way to continue from a place.
-
-    Attributes:
-        target: number of the place that it leads to.
-        among: the signals.
-        label: what is heard.
-        plan: the microstep that is done, or None.
-        grows: whether a value there would grow without end.
-        fresh: symbols that represent something else from there on.
-    """
-
-    target: int
-    among: Diagram
-    label: Label
-    plan: Plan | None = None
-    grows: bool = False
-    fresh: frozenset[int] = frozenset()
-
-
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """How a place was reached.
-
-    Attributes:
-        place: from where.
-        label: what is heard.
-        among: the signals for which it is.
-        fresh: symbols that represent something else from there on.
-    """
-
-    place: Place
-    label: Label
-    among: Diagram
-    fresh: frozenset[int]
-
-
-@dataclass(frozen=True, slots=True)
-class _Failing:
-    """A course on which something fails.
-
-    Attributes:
-        among: the signals.
-        label: what is heard.
-        states: those that a fault may be handled in or around.
-        obstacle: why the proof does not follow the handler.
-    """
-
-    among: Diagram
-    label: Label
-    states: tuple[int, ...]
-    obstacle: str
-
-
-@dataclass(slots=True)
-class _Expansion:
-    """The successors of a place, for all signals."""
-
-    ways: list[_Way] = field(default_factory=list)
-    failing: list[_Failing] = field(default_factory=list)
-    paths: list[Sequence[GuardPath]] = field(default_factory=list)
 
 
 class Stepper:
@@ -121,6 +55,7 @@ class Stepper:
         messages: the events of the machine.
         events: names that may come from outside.
         settled: replaces values that would grow without bound; the last argument are other values in use.
+        loose: what parts that are not followed may do.
 
     Attributes:
         faults: steps that cannot be done.
@@ -137,6 +72,7 @@ class Stepper:
         messages: EventSymbols,
         events: Sequence[str],
         settled: Callable[[tuple[Value, ...], Diagram, tuple[Value, ...]], list[tuple[tuple[Value, ...], Diagram]]],
+        loose: Loose = NOTHING_LOOSE,
     ) -> None:
         self._machine = machine
         self._selections = selections
@@ -144,10 +80,13 @@ class Stepper:
         self._messages = messages
         self._events = events
         self._settled = settled
+        symbols = microsteps.symbols
+        self._loose = frozenset(symbols.number("signal", (one.name, ()), one.type) for one in loose.signals)
+        self._loose_events = loose.events
         self._diagrams = selections.diagrams
         self._numbers: dict[Place, int] = {}
         self._places: list[Place] = []
-        self._expansions: dict[int, _Expansion] = {}
+        self._expansions: dict[int, Expansion] = {}
         self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
         self.reached: dict[Place, Diagram] | None = None
@@ -257,7 +196,7 @@ class Stepper:
 
     def _spinning(self, ways: Ways) -> Iterator[tuple[int, Diagram]]:
         """Places on endless cycles of reactions, with the signals that lead to them."""
-        around = _on_cycles(ways)
+        around = on_cycles(ways)
         both, either = self._diagrams.both, self._diagrams.either
         alive = dict.fromkeys(around, TRUE)
         changed = True
@@ -273,7 +212,7 @@ class Stepper:
                     alive[place], changed = left, True
         return ((place, among) for place, among in alive.items() if among != FALSE)
 
-    def _onward(self, number: int, among: Diagram) -> Iterator[tuple[int, Diagram, _Way]]:
+    def _onward(self, number: int, among: Diagram) -> Iterator[tuple[int, Diagram, Continuation]]:
         """The successors of a place for some signals; values that would grow without bound are replaced."""
         both = self._diagrams.both
         expansion = self._expansion(number)
@@ -282,7 +221,7 @@ class Stepper:
         for failing in expansion.failing:
             self._fail(self._places[number], failing, among)
         for way in expansion.ways:
-            further = both(self.released(among, way.fresh), way.among)
+            further = self.released(both(self.released(among, way.fresh), way.among), self._loose)
             if further == FALSE:
                 continue
             if way.plan is not None:
@@ -302,11 +241,11 @@ class Stepper:
         stale = frozenset(one for one in self._diagrams.symbols(among) if not fresh.isdisjoint(within(one)))
         return self._diagrams.without_symbols(among, stale)
 
-    def _expansion(self, number: int) -> _Expansion:
+    def _expansion(self, number: int) -> Expansion:
         """The successors of a place, computed once for all signals."""
         found = self._expansions.get(number)
         if found is None:
-            found = self._expansions[number] = _Expansion()
+            found = self._expansions[number] = Expansion()
             place = self._places[number]
             for way in self._all_ways(place, found):
                 if way.among != FALSE:
@@ -314,7 +253,7 @@ class Stepper:
                     found.ways.append(replace(way, grows=self._settled(target, TRUE, ())[0][0] is not target))
         return found
 
-    def _fail(self, place: Place, failing: _Failing, among: Diagram) -> None:
+    def _fail(self, place: Place, failing: Failing, among: Diagram) -> None:
         """Record that a step fails with some signals."""
         further = self._diagrams.both(among, failing.among)
         if further != FALSE:
@@ -330,10 +269,10 @@ class Stepper:
         label: Label = None,
         plan: Plan | None = None,
         fresh: frozenset[int] = frozenset(),
-    ) -> _Way:
-        return _Way(self._number(place), among, label, plan, fresh=fresh)
+    ) -> Continuation:
+        return Continuation(self._number(place), among, label, plan, fresh=fresh)
 
-    def _all_ways(self, place: Place, found: _Expansion) -> Iterator[_Way]:
+    def _all_ways(self, place: Place, found: Expansion) -> Iterator[Continuation]:
         """The successors of a place: first reactions without input, then the next part of the step."""
         stage, point, queue = place
         if point.outcome is not None:
@@ -351,6 +290,11 @@ class Stepper:
                     rest = self._diagrams.without(rest, further)
         if rest == FALSE:
             return
+        if stage.part <= Part.CONDITIONS or stage.part is Part.SETTLING:
+            for name in self._loose_events:
+                # What is not heard changes nothing; it would only look like an endless sequence.
+                own = self._number(place)
+                yield from (one for one in self._heard(found, place, name, rest, None) if one.target != own)
         if queue:
             yield from self._heard(found, (stage, point, queue[1:]), queue[0], rest, None)
             return
@@ -363,7 +307,7 @@ class Stepper:
             return
         yield from self._next(found, stage, point, rest)
 
-    def _next(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _next(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         """The next part of a step, once there is no further reaction."""
         match stage.part:
             case Part.ARRIVALS:
@@ -381,7 +325,7 @@ class Stepper:
             case _:
                 yield self._way((ENDED, point, ()), among)
 
-    def _arrivals(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _arrivals(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         """The events on their way that arrive: those whose time has come, in any order; others at any time."""
         sends = self._microsteps.sends
         arriving = [one for one in point.timers if one.transition < 0 and one.due]
@@ -393,7 +337,7 @@ class Stepper:
         if not arriving:
             yield self._way((Stage(Part.REPORTS, stage.reports, stage.left), point, ()), among)
 
-    def _outside(self, found: _Expansion, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _outside(self, found: Expansion, point: Point, among: Diagram) -> Iterator[Continuation]:
         """One more event from outside, or none."""
         configuration = self._machine.configuration(point.leaves)
         for name in self._events:
@@ -403,7 +347,7 @@ class Stepper:
         for due in _due(point):
             yield self._way((Stage(Part.TIME_OUTS, due=due), point, ()), among)
 
-    def _reports(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _reports(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         """The reports of the activities, in order; the activities began before this step."""
         if not stage.reports:
             yield self._way((Stage(Part.OUTSIDE), point, ()), among)
@@ -428,7 +372,7 @@ class Stepper:
                 label = ("report", declared.name, outcome)
                 yield from self._heard(found, (following, ended, ()), event, among, label)
 
-    def _recalled(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _recalled(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         """The first event that was kept."""
         first, *others = stage.recalled
         left: Place = (replace(stage, recalled=tuple(others)), point, ())
@@ -439,7 +383,9 @@ class Stepper:
         for name in sorted(first.names):
             yield from self._heard(found, (stage, point, ()), name, among, ("recalled", name, ""))
 
-    def _heard(self, found: _Expansion, place: Place, event: Queued, among: Diagram, label: Label) -> Iterator[_Way]:
+    def _heard(
+        self, found: Expansion, place: Place, event: Queued, among: Diagram, label: Label
+    ) -> Iterator[Continuation]:
         """What an event leads to; one with data is handled at a place where that is among the variables."""
         stage, point, queue = place
         name = event.name if isinstance(event, CarriedEvent) else event
@@ -457,7 +403,7 @@ class Stepper:
             else:
                 yield self._fired(found, place, picked, further, label=label, event=name)
 
-    def _handled(self, found: _Expansion, place: Place, among: Diagram) -> Iterator[_Way]:
+    def _handled(self, found: Expansion, place: Place, among: Diagram) -> Iterator[Continuation]:
         """What an event with data leads to."""
         stage, point, queue = place
         bare, event = self._messages.closed(point, stage.heard)
@@ -470,7 +416,7 @@ class Stepper:
             else:
                 yield self._fired(found, (after, point, queue), picked, further, event=event)
 
-    def _time_outs(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _time_outs(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         configuration = self._machine.configuration(point.leaves)
         if not stage.due or configuration.after is None:
             yield self._way((Stage(Part.CONDITIONS), point, ()), among)
@@ -481,7 +427,7 @@ class Stepper:
             else:
                 yield self._fired(found, (stage, point, ()), picked, further)
 
-    def _conditions(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _conditions(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         configuration = self._machine.configuration(point.leaves)
         after = Stage(Part.WATCH, held=configuration.held) if configuration.held else ENDED
         if configuration.when is None:
@@ -493,7 +439,7 @@ class Stepper:
             else:
                 yield self._fired(found, (stage, point, ()), picked, further)
 
-    def _watch(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+    def _watch(self, found: Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[Continuation]:
         """The time of conditions begins that hold now, and ends of those that do not."""
         if not stage.held:
             yield self._way((ENDED, point, ()), among)
@@ -513,11 +459,11 @@ class Stepper:
         failing = self._diagrams.without(self._diagrams.without(among, holds), not_so)
         declared = self._machine.model.transitions[index]
         obstacle = f"a condition that may fail in a machine that handles faults ({declared.place})"
-        found.failing.append(_Failing(failing, None, (declared.source,), obstacle))
+        found.failing.append(Failing(failing, None, (declared.source,), obstacle))
 
     def _picked(
         self,
-        found: _Expansion,
+        found: Expansion,
         selector: Selector,
         point: Point,
         among: Diagram,
@@ -532,18 +478,18 @@ class Stepper:
             if further != FALSE:
                 among = self._diagrams.without(among, condition)
                 yield picked, further
-        found.failing.append(_Failing(among, label, (), ""))
+        found.failing.append(Failing(among, label, (), ""))
 
     def _fired(
         self,
-        found: _Expansion,
+        found: Expansion,
         place: Place,
         picked: Picked,
         among: Diagram,
         *,
         label: Label = None,
         event: Queued | None = None,
-    ) -> _Way:
+    ) -> Continuation:
         """Take the selected transitions: the result, and the signals for which nothing fails."""
         stage, point, queue = place
         configuration = self._machine.configuration(point.leaves)
@@ -561,13 +507,13 @@ class Stepper:
             following = replace(following, deferred=with_waiting(following.deferred, event))
         return self._way((stage, following, (*queue, *raised)), further, label, plan)
 
-    def _failing(self, plan: Plan, among: Diagram, label: Label) -> _Failing:
+    def _failing(self, plan: Plan, among: Diagram, label: Label) -> Failing:
         """A microstep fails: that ends the run, unless the machine handles it, which is not supported."""
         transitions = [self._machine.model.transitions[index] for index in plan.transitions]
         place = transitions[0].place if transitions else None
         states = (*(one.source for one in transitions), *plan.exited, *plan.entered)
         obstacle = f"an action that may fail in a machine that handles faults ({place})"
-        return _Failing(among, label, states, obstacle)
+        return Failing(among, label, states, obstacle)
 
 
 def _due(point: Point) -> Iterator[frozenset[int]]:
@@ -577,22 +523,3 @@ def _due(point: Point) -> Iterator[frozenset[int]]:
     short = [one.transition for one in running if one.fresh and one.least <= ROUNDING and one.transition not in fixed]
     for count in range(len(short) + 1):
         yield from (fixed.union(some) for some in combinations(short, count))
-
-
-def _on_cycles(ways: Ways) -> set[int]:
-    """The places on cycles, and those between them; all others are removed."""
-    left = {place: {one for one in onward if one in ways} for place, onward in ways.items()}
-    before: dict[int, list[int]] = {}
-    for place, onward in left.items():
-        for one in onward:
-            before.setdefault(one, []).append(place)
-    ended = [place for place, onward in left.items() if not onward]
-    while ended:
-        place = ended.pop()
-        del left[place]
-        for one in before.get(place, ()):
-            if one in left:
-                left[one].discard(place)
-                if not left[one]:
-                    ended.append(one)
-    return set(left)

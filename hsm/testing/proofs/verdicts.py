@@ -10,7 +10,7 @@ from typing import Any
 from hsm.engine.inputs import follow
 from hsm.model.chart import Model
 from hsm.model.expressions import VariableValue
-from hsm.model.properties import LONGEST_TICK
+from hsm.model.properties import LONGEST_TICK, paced
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import shown_text
 from hsm.model.values import dataclass
@@ -43,16 +43,22 @@ class Assumptions:
     """The assumptions of a proof.
 
     Attributes:
-        longest_tick: the longest time between two steps, in seconds.
+        longest_tick: the longest time between two steps, in seconds, if the machine states no shorter one; None for
+            what the machine states, or else ``LONGEST_TICK``.
         parameters: values of parameters by name, in SI units; the others have their defaults.
         free: parameters that may have any value except NaN; those without a default and a value are always free.
         not_a_number: whether signals may be NaN.
     """
 
-    longest_tick: float = LONGEST_TICK
+    longest_tick: float | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     free: frozenset[str] = frozenset()
     not_a_number: bool = True
+
+    def pace(self, model: Model) -> float:
+        """The longest time between two steps of a machine, in seconds."""
+        known = [one for one in (self.longest_tick, paced(model.assumptions)) if one is not None]
+        return min(known, default=LONGEST_TICK)
 
     def values(self, model: Model) -> dict[str, Any]:
         """The value of each parameter of a machine, in order; ``FREE`` for a parameter that may have any value.
@@ -87,7 +93,7 @@ class Assumptions:
         told = ["what one member sends to another comes from it alone"] if model.members else []
         deferring = ["no more than 1000 events are deferred at once"] if model.defers_events() else []
         return [
-            f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
+            f"a step comes at any time, at most {self.pace(model):g} s after the last; the first with the start",
             "each step: any signals, any outcomes of running activities, any sequence of events, including raised ones",
             f"signals may {'' if self.not_a_number else 'not '}be NaN; arithmetic on floats, as in the engine",
             "no signal or action fails, nor does an argument of one; an activity may fail if the machine handles it, "

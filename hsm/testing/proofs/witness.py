@@ -15,12 +15,12 @@ from hsm.model.expressions import Expression
 from hsm.model.faults import MachineFault
 from hsm.model.values import dataclass
 from hsm.testing.proofs.automata import Branch
+from hsm.testing.proofs.courses import Origin
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Edge, Graph
 from hsm.testing.proofs.ordinals import ordinal
 from hsm.testing.proofs.points import ENDED, FailingStep, Label, Part, Place
 from hsm.testing.proofs.search import Visit
-from hsm.testing.proofs.steps import Origin
 from hsm.testing.proofs.timing import MARGIN, Schedule, first_solved
 from hsm.testing.proofs.valuations import Assigned, Valuations, readable
 from hsm.testing.proofs.values import Exact

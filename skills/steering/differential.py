@@ -49,11 +49,15 @@ class DifferentialSteering:
         left = max(-motion.lateral_speed, min(motion.lateral_speed, aside / motion.settle)) if speed > 0 else 0.0
         # Held up by what is ahead, it turns as far as it takes to get by.
         held_up = forward < speed and abs(aside) > motion.needed
-        steepest = SLANT if not held_up else STEEPEST if ahead > 0 else BESIDE
+        steepest = self._steepest(aside, ahead) if held_up else SLANT
         slant = max(-steepest, min(steepest, atan2(left, forward))) if forward > 0 or held_up else 0.0
         error += slant
         allowed = norm(forward, left) if held_up else forward
         return Twist(allowed * max(0.0, cos(2 * error)), 0.0, motion.heading_gain * error)
+
+    def _steepest(self, aside: float, ahead: float) -> float:
+        """How far it slants to get past what holds it up, rad: what reaches less than half into its lane is beside it."""
+        return STEEPEST if ahead > 0 and abs(aside) > self.robot.half_width else BESIDE
 
     def turn(self, rate: float, spot: Point) -> Twist:
         """First back or forward to the spot, then turn about the axle."""

@@ -58,6 +58,12 @@ def test_every_fault_of_a_bad_file_in_one_run(library):
     ]
 
 
+@pytest.mark.parametrize(("line", "codes"), [("property p : always n >= 0", []), ("", [("W0603", 3)])])
+def test_a_variable_that_a_property_alone_reads_is_used(library, line, codes):
+    body = f"{line}\nvar n : int = 0\nstate a\n    after 1 s -> b / n += 1\nstate b\n    after 1 s -> a\n"
+    assert found(library, body) == codes
+
+
 def test_a_region_is_left_by_its_sibling(library):
     body = (
         "parallel p\n"

@@ -176,5 +176,5 @@ def test_no_command_writes_over_what_it_reads(tmp_path, monkeypatch, recording, 
     ended = invoke(*named)
     assert ended.exit_code == 2, ended.output
     assert len(ended.stderr.splitlines()) == 1
-    assert "overwrite" in ended.stderr or "one file" in ended.stderr
+    assert "overwrite" in ended.stderr or "same file" in ended.stderr
     assert {path: path.read_bytes() for path in before} == before

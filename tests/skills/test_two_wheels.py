@@ -77,6 +77,16 @@ def test_the_end_of_a_wall_beside_its_way_does_not_hold_it_up(world, drive, asid
     assert not done.touched
 
 
+@pytest.mark.parametrize(("share", "farthest"), [(0.7, 45), (0.9, 45), (1.3, 80)])
+def test_only_for_what_reaches_far_into_its_lane_the_walls_beside_it_come_ahead(robot, share, farthest):
+    """Beyond 45 degrees the compass takes the walls beside the robot for those ahead."""
+    settings = SkillSettings()
+    aside = share * robot.half_width
+    turn = steering_of(robot, settings).along(0.0, robot.limits.speed, aside, 0.01).turn
+    slant = math.degrees(turn / settings.motion.heading_gain)
+    assert farthest - 30 < slant <= farthest + 0.01
+
+
 @pytest.mark.parametrize("start", [0.35, 0.37, 0.4])
 def test_where_a_wall_keeps_it_from_the_arc_it_turns_on_the_spot(world, block, drive, start):
     room = [(-0.335, -1, -0.335, 1.675), (-0.335, 1.675, 2.35, 1.675), (-0.335, -1, 2.35, -1), (2.35, -1, 2.35, 1.675)]

@@ -33,10 +33,11 @@ def compile_properties(
         states: all states, with those of instances.
         further: activities and resources that states may have besides those that are known.
     """
-    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
+    inner = _Scope(scope.library, scope.report, scope.variables, scope.states)
+    inner.doubtful, inner.possible, inner.used = scope.doubtful, scope.possible, scope.used
     inner.definitions, inner.enumerations = scope.definitions, scope.enumerations
     inner.carried, inner.outcomes = scope.carried, scope.outcomes
-    inner.machine, inner.further, inner.possible = states, further, scope.possible
+    inner.machine, inner.further = states, further
     found = [_property(line, source, inner, scope.report) for line in lines]
     return tuple(one for one in found if one is not None)
 

@@ -56,7 +56,7 @@ class DifferentialSteering:
         return Twist(allowed * max(0.0, cos(2 * error)), 0.0, motion.heading_gain * error)
 
     def _steepest(self, aside: float, ahead: float) -> float:
-        """How far it slants to get past what holds it up, rad; what reaches less than half into its lane is beside it."""
+        """How far it slants to get past what holds it up, rad; less than half in its lane, that is beside it."""
         return STEEPEST if ahead > 0 and abs(aside) > self.robot.half_width else BESIDE
 
     def turn(self, rate: float, spot: Point) -> Twist:

@@ -62,7 +62,8 @@ def main() -> None:
     inside_endpoint, outside_endpoint, seed = sys.argv[1:4]
     faults = Faults(int(seed), float(sys.argv[4]) if sys.argv[4:] else SHARE)
     keys = RobotKeys("toy")
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    # Blocked in all threads that begin later, so that only the wait below receives it.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
     with ExitStack() as stack:
         inside = stack.enter_context(dialling(inside_endpoint))
         outside = stack.enter_context(listening(outside_endpoint))
@@ -86,10 +87,8 @@ def main() -> None:
         outside.subscribe(keys.command, passed_on(keys.command, inside.publisher(keys.command, urgent=True).put))
         outside.serve(keys.session, lambda request: Thread(target=ask, args=(request,), daemon=True).start())
         print("ready", flush=True)
-        try:
-            signal.pause()
-        finally:
-            print(dict(faults.counts), flush=True)
+        signal.sigwait({signal.SIGTERM})
+        print(dict(faults.counts), flush=True)
 
 
 if __name__ == "__main__":

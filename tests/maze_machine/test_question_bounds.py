@@ -3,8 +3,6 @@
 import json
 import threading
 import zlib
-from collections import deque
-from contextlib import contextmanager
 
 import pytest
 
@@ -15,6 +13,7 @@ from maze_machine.remote import messages
 from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import OperatedRun
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from tests.transport.serving import serving
 from transport.connect import open_robot
 from transport.description import RobotDescription
 from transport.gate import Gate, PacedWorld
@@ -90,19 +89,6 @@ def lockstep(bus):
 
 def realtime(bus):
     return Gate(bus, PacedWorld(world, PICO.period), PICO, PATIENT)
-
-
-@contextmanager
-def serving(server):
-    stop = threading.Event()
-    thread = threading.Thread(target=lambda: deque(server.episodes(stop.is_set, heartbeat=0.02), maxlen=0))
-    thread.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        thread.join(60)
-        assert not thread.is_alive()
 
 
 def ask_all(bus, server, questions, answer_to_open):

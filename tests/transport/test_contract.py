@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from toy_world import GEOMETRY, PERIOD, ToyWorld, wander
 
+from tests.transport.serving import serving, working
 from transport.bus import Bus
 from transport.codec import decode_twist, encode_odometry, encode_scan
 from transport.connect import dialling, listening, open_robot
@@ -41,24 +42,15 @@ def in_process(_stack: ExitStack, _buses: tuple[Bus, Bus]) -> Robot:
     return LockstepRobot(ToyWorld(1, 10_000))
 
 
-def working(stack: ExitStack, work: Callable[[Callable[[], bool]], object]) -> None:
-    """Have work done in a thread for as long as the test runs."""
-    stop = threading.Event()
-    thread = threading.Thread(target=lambda: work(stop.is_set))
-    thread.start()
-    stack.callback(thread.join, 60)
-    stack.callback(stop.set)
-
-
 def lockstep(stack: ExitStack, buses: tuple[Bus, Bus]) -> Robot:
     server = LockstepServer(buses[0], "toy", PERIOD, ToyWorld)
-    working(stack, lambda stop: deque(server.episodes(stop, heartbeat=0.02)))
+    stack.enter_context(serving(server))
     return open_robot(buses[1], TOY, SETTINGS, seed=1)
 
 
 def realtime(stack: ExitStack, buses: tuple[Bus, Bus]) -> Robot:
     gate = Gate(buses[0], PacedWorld(lambda seed: ToyWorld(seed, 10_000), PERIOD), TOY, SETTINGS)
-    working(stack, lambda stop: deque(gate.episodes(stop, heartbeat=0.02)))
+    stack.enter_context(serving(gate))
     return open_robot(buses[1], TOY, SETTINGS, seed=1)
 
 
@@ -77,7 +69,7 @@ def bare(stack: ExitStack, buses: tuple[Bus, Bus]) -> Robot:
             publishers[1].put(encode_scan(observation.scan))
             tick.wait(PERIOD)
 
-    working(stack, work)
+    stack.enter_context(working(work))
     return open_robot(buses[1], TOY, BARE)
 
 
@@ -155,7 +147,7 @@ def test_a_driver_behind_a_gate_keeps_the_contract(endpoint: str) -> None:
         with listening(endpoint) as outside, dialling(endpoint) as dialler:
             gate = Gate(outside, DriverBase(RosDriver(network.bus(), keys), TOY.laser), TOY, SETTINGS)
             gate_stack = stack.enter_context(ExitStack())
-            working(gate_stack, lambda stop: deque(gate.episodes(stop, heartbeat=0.02)))
+            gate_stack.enter_context(serving(gate))
             ready = threading.Event()
             while gate._base._senses.scan is None:
                 ready.wait(0.01)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import random
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import pytest
 from toy_world import PERIOD, ToyWorld, seen, wander
 
+from tests.transport.serving import serving
 from transport.bus import Bus, Message
 from transport.connect import connect_robot, dialling, listening, open_robot
 from transport.description import RobotDescription
@@ -39,16 +39,9 @@ def served(
     bus: Bus, *, patience: float = 0.3, length: int = LENGTH, world: type[ToyWorld] = ToyWorld
 ) -> Iterator[LockstepServer]:
     """A simulator in a thread of its own."""
-    stop = threading.Event()
     server = LockstepServer(bus, "toy", PERIOD, lambda seed: world(seed, length), patience=patience)
-    thread = threading.Thread(target=lambda: deque(server.episodes(stop.is_set, heartbeat=0.02), maxlen=0))
-    thread.start()
-    try:
+    with serving(server):
         yield server
-    finally:
-        stop.set()
-        thread.join(60)
-        assert not thread.is_alive()
 
 
 def trace(robot: LockstepRobot | RemoteLockstep, steps: int = LENGTH) -> list[object]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import threading
 import time
 import zlib
-from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -16,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from toy_world import PERIOD, ToyWorld, wander
 
+from tests.transport.serving import serving
 from transport.bus import Bus
 from transport.codec import CodecError, encode_twist
 from transport.connect import open_robot
@@ -182,21 +181,8 @@ class FailingWorld(ToyWorld):
 @contextmanager
 def lockstep(bus: Bus) -> Iterator[LockstepServer]:
     server = LockstepServer(bus, "toy", PERIOD, FailingWorld, patience=30.0)
-    with working(server):
+    with serving(server):
         yield server
-
-
-@contextmanager
-def working(server: LockstepServer | Gate) -> Iterator[None]:
-    stop = threading.Event()
-    thread = threading.Thread(target=lambda: deque(server.episodes(stop.is_set, heartbeat=0.02), maxlen=0))
-    thread.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        thread.join(60)
-        assert not thread.is_alive()
 
 
 def test_a_world_that_cannot_begin_is_refused_and_the_next_controller_served() -> None:
@@ -229,7 +215,7 @@ def test_behind_a_gate_a_step_that_fails_stops_the_base_and_the_gate_lives_on() 
     network = MemoryNetwork()
     settings = LinkSettings(dead_man=20.0, answer_age=20.0, silence=1.0, stale=20.0, patience=30.0)
     gate = Gate(network.bus(), PacedWorld(FailingWorld, PERIOD), TOY, settings)
-    with working(gate):
+    with serving(gate):
         robot = open_robot(network.bus(), TOY, settings, seed=3)
 
         def drive() -> None:
@@ -280,7 +266,7 @@ def test_whoever_has_read_observations_and_commands_can_neither_take_nor_give_ba
         server = Gate(network.bus(), PacedWorld(ToyWorld, PERIOD), TOY, settings)
     stranger = network.bus()
     odometry, commands = stranger.newest("toy/odom"), stranger.newest("toy/cmd_vel")
-    with working(server):
+    with serving(server):
         robot = open_robot(network.bus(), TOY, settings, seed=1)
         for _ in range(3):
             robot.command(wander(robot.observe()))

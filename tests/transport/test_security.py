@@ -5,7 +5,6 @@ from __future__ import annotations
 import stat
 import threading
 import tomllib
-from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import pytest
 from toy_world import PERIOD, ToyWorld, seen, wander
 
+from tests.transport.serving import serving
 from transport.bus import Bus, Mailbox, Message
 from transport.codec import encode_twist
 from transport.connect import connect_robot, dialling, listening, routing
@@ -48,15 +48,9 @@ def secure(endpoint: str) -> str:
 
 @contextmanager
 def shown(bus: Bus, name: str) -> Iterator[LockstepServer]:
-    stop = threading.Event()
     server = LockstepServer(bus, name, PERIOD, ToyWorld, patience=0.3)
-    thread = threading.Thread(target=lambda: deque(server.episodes(stop.is_set, heartbeat=0.02), maxlen=0))
-    thread.start()
-    try:
+    with serving(server):
         yield server
-    finally:
-        stop.set()
-        thread.join(60)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-SIGNALS = ("space.left", "space.front", "space.right", "door.near", "door.open", "exit.crossed")
+from tests.trust.regions import SIGNALS, region_lines
 
 COUPLINGS = ("in", "lock", "count", "raise")
 """How each region of ``coupled_text`` depends on others: asks for a state, shares a flag or a count, raises events."""
@@ -29,21 +29,7 @@ def coupled_text(kind: str, count: int) -> str:
             "count": (f"on go if inside < {count}", "inside = inside + 1", "inside = inside - 1"),
             "raise": (f"on go, next{one}", f"raise next{after}", ""),
         }[kind]
-        lines += [
-            f"    state region{one}",
-            f"        initial a{one}",
-            f"        state a{one}",
-            f"            when {SIGNALS[one]} -> b{one}",
-            f"        state b{one}",
-            f"            after 2 s -> c{one}",
-            f"            when not {SIGNALS[one]} -> a{one}",
-            f"        state c{one}",
-            f"            {answer} -> d{one}",
-            f"        state d{one}",
-            *([f"            entry / {entry}"] if entry else []),
-            *([f"            exit / {leave}"] if leave else []),
-            f"            after 1 s -> a{one}",
-        ]
+        lines += region_lines(one, answer, entry=entry, leave=leave)
     return "\n".join(lines) + "\n"
 
 

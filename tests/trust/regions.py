@@ -10,6 +10,32 @@ from tests.trust.random_machines import replays
 SIGNALS = ("space.left", "space.front", "space.right", "door.near", "door.open", "exit.crossed")
 
 
+def region_lines(number: int, answer: str, *, entry: str = "", leave: str = "") -> list[str]:
+    """A region of four states.
+
+    Args:
+        number: of the region, and of its states and its signal.
+        answer: what leads from the third state to the last.
+        entry: the actions on entry of the last state.
+        leave: the actions on exit of the last state.
+    """
+    return [
+        f"    state region{number}",
+        f"        initial a{number}",
+        f"        state a{number}",
+        f"            when {SIGNALS[number]} -> b{number}",
+        f"        state b{number}",
+        f"            after 2 s              -> c{number}",
+        f"            when not {SIGNALS[number]} -> a{number}",
+        f"        state c{number}",
+        f"            {answer} -> d{number}",
+        f"        state d{number}",
+        *([f"            entry / {entry}"] if entry else []),
+        *([f"            exit / {leave}"] if leave else []),
+        f"            after 1 s -> a{number}",
+    ]
+
+
 def regions_text(count: int) -> str:
     """A machine with so many regions, each with a property of its own, and two properties with more to them."""
     lines = ["machine regions", "", "event go", ""]
@@ -22,19 +48,7 @@ def regions_text(count: int) -> str:
         "parallel all",
     ]
     for one in range(count):
-        lines += [
-            f"    state region{one}",
-            f"        initial a{one}",
-            f"        state a{one}",
-            f"            when {SIGNALS[one]} -> b{one}",
-            f"        state b{one}",
-            f"            after 2 s              -> c{one}",
-            f"            when not {SIGNALS[one]} -> a{one}",
-            f"        state c{one}",
-            f"            on go -> d{one}",
-            f"        state d{one}",
-            f"            after 1 s -> a{one}",
-        ]
+        lines += region_lines(one, "on go")
     return "\n".join(lines) + "\n"
 
 

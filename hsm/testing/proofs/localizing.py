@@ -23,16 +23,7 @@ from hsm.model.rewriting import Rewriter, actions_of, parts_of
 from hsm.model.types import BOOLEAN, Boolean, Enumeration, Type
 from hsm.testing.proofs.microsteps import counters
 from hsm.testing.proofs.points import Loose
-from hsm.testing.proofs.slices import (
-    Dependencies,
-    Slice,
-    closed_regions,
-    depends,
-    overlaps,
-    parts_of_regions,
-    resting,
-    uses,
-)
+from hsm.testing.proofs.slices import Slice, closed_regions, depends, overlaps, parts_of_regions, regions_read, resting
 
 FEWEST = 4
 """Machines in which fewer regions depend on one another are decided whole."""
@@ -52,7 +43,7 @@ class Localizer:
         self._model = model
         self._regions = closed_regions(model)
         self._parts = parts_of_regions(model, self._regions)
-        self._assumed = self._read_by(model.assumptions)
+        self._assumed = regions_read(model, self._parts, model.assumptions)
         self._always = {one for one in self._regions if self._around_needs(one)}
 
     def kept(self, region: int) -> frozenset[int]:
@@ -61,7 +52,7 @@ class Localizer:
 
     def kept_for(self, stated: Property) -> frozenset[int]:
         """The regions that are followed for a property: those that it names."""
-        return frozenset({*self._read_by([stated]), *self._always, *self._assumed})
+        return frozenset({*regions_read(self._model, self._parts, [stated]), *self._always, *self._assumed})
 
     def grown(self, kept: frozenset[int]) -> frozenset[int]:
         """Some regions with those that they depend on."""
@@ -90,15 +81,6 @@ class Localizer:
         model = replace(model, variables=self._model.variables)
         events = sorted({name for one in others for name in self._parts[one].raises})
         return Slice(model, stated, kept=kept, loose=Loose(tuple(signals.values()), tuple(events)))
-
-    def _read_by(self, stated: Sequence[Property]) -> set[int]:
-        asked = Dependencies()
-        for one in stated:
-            for condition in conditions_of(one.claim):
-                asked.reads(condition)
-            if one.scope is not None:
-                asked.active.add(one.scope)
-        return {one for one in self._regions if uses(self._model, one, self._parts[one], asked)}
 
     def _around_needs(self, region: int) -> bool:
         """Whether what is around the regions is led into one, or hears what happens in it."""

@@ -86,6 +86,12 @@ class Dependencies:
             elif isinstance(part, Active):
                 self.active.add(part.state)
 
+    def asks(self, stated: Property) -> None:
+        """Note what a property or an assumption depends on."""
+        _read_all(self, conditions_of(stated.claim))
+        if stated.scope is not None:
+            self.active.add(stated.scope)
+
 
 def slices(model: Model, stated: Sequence[Property]) -> list[Slice]:
     """The machine as several that together decide its properties, and whether a step fails.
@@ -106,13 +112,7 @@ def slices(model: Model, stated: Sequence[Property]) -> list[Slice]:
             found[kept] = []
     covering = set(found)
     for one in stated:
-        asked = Dependencies()
-        for condition in conditions_of(one.claim):
-            asked.reads(condition)
-        if one.scope is not None:
-            asked.active.add(one.scope)
-        depends = {region for region in regions if uses(model, region, parts[region], asked)}
-        kept = _closed(model, parts, regions, depends)
+        kept = _closed(model, parts, regions, regions_read(model, parts, [one]))
         found.setdefault(kept, []).append(one)
     return [Slice(resting(model, regions, kept), some, kept in covering, kept) for kept, some in found.items()]
 
@@ -148,10 +148,8 @@ def parts_of_regions(model: Model, regions: Sequence[int]) -> Mapping[int, Depen
     def part(state: int) -> Dependencies:
         return found[next((one for one in regions if state in model.states[one].subtree), -1)]
 
-    found = {
-        -1: Dependencies(),
-        **{one: Dependencies(reports={"fault"}) for one in regions},
-    }  # any guard or action may fail
+    # Any guard or action may fail.
+    found = {-1: Dependencies(), **{one: Dependencies(reports={"fault"}) for one in regions}}
     for transition in model.transitions:
         own = part(transition.source)
         own.leads.update(transition.targets)
@@ -169,10 +167,7 @@ def parts_of_regions(model: Model, regions: Sequence[int]) -> Mapping[int, Depen
         own.reads(variable.initial)
         own.assigns.add(variable.name)
     for assumed in model.assumptions:
-        for condition in conditions_of(assumed.claim):
-            found[-1].reads(condition)
-        if assumed.scope is not None:
-            found[-1].active.add(assumed.scope)
+        found[-1].asks(assumed)
     return found
 
 
@@ -227,10 +222,18 @@ def _closed(
     return frozenset(kept)
 
 
+def regions_read(model: Model, parts: Mapping[int, Dependencies], stated: Iterable[Property]) -> set[int]:
+    """The regions that properties ask about: for their states, or for variables that they set."""
+    asked = Dependencies()
+    for one in stated:
+        asked.asks(one)
+    return {region for region, doing in parts.items() if region >= 0 and _used(model, region, doing, asked)}
+
+
 def depends(model: Model, parts: Mapping[int, Dependencies], part: int, region: int) -> bool:
     """Whether a part of a machine may do something else depending on what a region does."""
     reading, doing = parts[part], parts[region]
-    if uses(model, region, doing, reading):
+    if _used(model, region, doing, reading):
         return True
     if any(one in model.states[region].subtree for one in reading.leads) or overlaps(reading.hears, doing.raises):
         return True
@@ -238,7 +241,7 @@ def depends(model: Model, parts: Mapping[int, Dependencies], part: int, region: 
     return part == -1 and overlaps(reading.hears, doing.reports | doing.hears)
 
 
-def uses(model: Model, region: int, doing: Dependencies, reading: Dependencies) -> bool:
+def _used(model: Model, region: int, doing: Dependencies, reading: Dependencies) -> bool:
     """Whether something reads a variable that a region sets, or asks for its states."""
     inside = {model.states[one].name for one in model.states[region].subtree}
     return not (reading.variables.isdisjoint(doing.assigns) and reading.active.isdisjoint(inside))

@@ -11,7 +11,7 @@ from transport.section import Grows, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=1, le=1000)]
-Positive = Annotated[float, Field(ge=1e-6, le=1000, allow_inf_nan=False)]
+Magnitude = Annotated[float, Field(ge=1e-6, le=1000, allow_inf_nan=False)]
 """A deviation, a gate, a factor: its square and its inverse are numbers."""
 Cell = Annotated[float, Field(ge=0.01, le=1, allow_inf_nan=False)]
 """A width of cells, m; with smaller ones a map would not fit into memory."""
@@ -30,19 +30,19 @@ class CloudSettings(Settings):
     """Hits nearer to each other than this are averaged, m."""
     reach: Sight = 25.0
     """Hits farther than this are left out, m: their place depends too much on the heading."""
-    jump: Positive = 0.12
+    jump: Magnitude = 0.12
     """Neighbouring points farther apart than this are on two walls, m."""
-    steep: Positive = 5.0
+    steep: Magnitude = 5.0
     """Unless they are at most this many times as far apart as their beams are: walls that the beams graze."""
     max_missing: Annotated[int, Field(ge=0)] = 3
     """This many beams without a hit do not interrupt a wall."""
     neighbours: Count = 3
     """A normal is that of the line through this many points to each side."""
-    range_noise: Positive = 0.006
+    range_noise: Magnitude = 0.006
     """Standard deviation of a reading, m."""
-    least_noise: Positive = 0.001
+    least_noise: Magnitude = 0.001
     """And of a point's place across its wall, at least, m."""
-    crooked: Positive = 0.3
+    crooked: Magnitude = 0.3
     """Points deviate from that line by at most this much of how far they extend along it."""
 
 
@@ -51,29 +51,29 @@ class MatchSettings(Settings):
 
     reach: Reach = 0.3
     """Points farther than this from the map's walls are not matched at first, m."""
-    closest: Positive = 0.1
+    closest: Magnitude = 0.1
     """And at the end, m."""
     cell: Cell = 0.1
     """Points of the map in one cell of this width are one, m."""
     same_way: Share = 0.8
     """Least cosine of the angle between the normals of two matched points."""
-    along: Positive = 0.15
+    along: Magnitude = 0.15
     """Along a wall its nearest known point may be so far from where a point is, m."""
     rounds: Count = 12
     """Neighbours are looked up this often, at most."""
-    paired: Positive = 0.02
+    paired: Magnitude = 0.02
     """Neighbours stay the same while the scan moves less than this, m and rad."""
-    settled: Positive = 0.0005
+    settled: Magnitude = 0.0005
     """A step shorter than this, m and rad, is the last."""
-    first_scale: Positive = 10.0
+    first_scale: Magnitude = 10.0
     """Deviations are at first assumed to be this many times the noise of the readings; later they are measured."""
-    correlated: Positive = 4.0
+    correlated: Magnitude = 4.0
     """This many points of a scan show as much as one point that is independent of all others."""
-    common: Positive = 0.3
+    common: Magnitude = 0.3
     """All points together may be off by this much of their root mean square deviation, for no map is exact."""
-    common_lever: Positive = 3.0
+    common_lever: Magnitude = 3.0
     """And in heading as if that error were so far away, m."""
-    weak: Positive = 0.01
+    weak: Magnitude = 0.01
     """Where the walls fix a place along one axis by less than this share of what they fix it along the other, the
     normals' noise is most of it."""
     least_points: Count = 15
@@ -93,7 +93,7 @@ class SearchSettings(Settings):
     """Angle between two headings tried, rad."""
     points: Count = 90
     """Points of the scan that are tried, at most."""
-    apart: Positive = 0.6
+    apart: Magnitude = 0.6
     """Another place farther than this from the best one, m, is another answer."""
     distinct: Share = 0.9
     """Another answer with at least this share of the best score makes the search ambiguous."""
@@ -104,28 +104,28 @@ class GraphSettings(Settings):
 
     rounds: Count = 12
     """Most Gauss-Newton steps."""
-    settled: Positive = 0.001
+    settled: Magnitude = 0.001
     """A step shorter than this, m and rad, ends them."""
-    tolerance: Positive = 0.01
+    tolerance: Magnitude = 0.01
     """In each, the linear equations are solved until the residual has shrunk so far."""
     most_steps: Count = 100
     """Or for this many conjugate-gradient steps."""
-    doubtful: Positive = 12.0
+    doubtful: Magnitude = 12.0
     """A loop whose squared deviation, in standard deviations, is larger than this loses weight."""
 
 
 class DriftSettings(Settings):
     """How far odometry drifts: a random walk, its variances in proportion to the way."""
 
-    way: Positive = 0.1
+    way: Magnitude = 0.1
     """Deviation of the position after a way of one metre, m."""
-    turn_place: Positive = 0.03
+    turn_place: Magnitude = 0.03
     """Deviation of the position after a turn of one radian, m."""
-    way_turn: Positive = 0.1
+    way_turn: Magnitude = 0.1
     """Deviation of the heading after a way of one metre, rad."""
-    turn: Positive = 0.1
+    turn: Magnitude = 0.1
     """Deviation of the heading after a turn of one radian, rad."""
-    least: Positive = 0.002
+    least: Magnitude = 0.002
     """Deviation of a step that is none, m and rad."""
 
 
@@ -134,14 +134,14 @@ class TrackSettings(Settings):
 
     every: Count = 2
     """With good odometry, a scan is matched every this many ticks; otherwise in each tick."""
-    good: Positive = 0.005
+    good: Magnitude = 0.005
     """Odometry is good where the last match corrected it by less than this, m."""
-    good_turn: Positive = 0.003
+    good_turn: Magnitude = 0.003
     """And by less than this, rad."""
 
-    way: Positive = 0.4
+    way: Magnitude = 0.4
     """A scan is kept as a keyframe after this much way, m."""
-    turn: Positive = math.radians(25)
+    turn: Magnitude = math.radians(25)
     """Or after this much turn, rad."""
     fresh: Share = 0.5
     """Or, once between two such keyframes, where a smaller share of the scan was known: a door has opened."""
@@ -155,7 +155,7 @@ class TrackSettings(Settings):
     """Its answer is taken if the share is larger by this much."""
     least: Share = 0.4
     """A match with a smaller share is accepted only where it agrees with odometry: much may be new in sight."""
-    gate: Positive = 16.0
+    gate: Magnitude = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
     new: Share = 0.15
     """And with a share that is smaller still no match is accepted; odometry alone is followed."""
@@ -184,7 +184,7 @@ class LoopSettings(Settings):
     """This many are tried, at most."""
     around: Count = 4
     """A scan is matched with the keyframe and this many before and after it."""
-    near: Positive = 0.15
+    near: Magnitude = 0.15
     """Deviation of the pose, m, up to which a match needs no wide search."""
     most_across: Reach = 6.0
     """Half the width of the wide search, m, at most."""
@@ -192,25 +192,25 @@ class LoopSettings(Settings):
     """And in heading, rad, at most."""
     share: Share = 0.55
     """Share of the scan that must lie on known walls."""
-    place_known: Positive = 0.1
+    place_known: Magnitude = 0.1
     """The match must give the place as well as this, standard deviation in m: in a bare corridor it does not."""
-    heading_known: Positive = 0.05
+    heading_known: Magnitude = 0.05
     """And the heading as well as this, rad."""
-    gate: Positive = 16.0
+    gate: Magnitude = 16.0
     """Squared deviation from what the graph says, in standard deviations, at most."""
-    caution: Positive = 2.0
+    caution: Magnitude = 2.0
     """Standard deviations of what the graph says are taken this many times as large."""
-    agreeing: Positive = 0.15
+    agreeing: Magnitude = 0.15
     """Two loops confirm each other if they agree within this, m."""
-    agreeing_way: Positive = 0.02
+    agreeing_way: Magnitude = 0.02
     """And this much more for each keyframe between them, m."""
-    agreeing_turn: Positive = 0.05
+    agreeing_turn: Magnitude = 0.05
     """And within this, rad."""
     waiting: Count = 8
     """They are at most this many keyframes apart."""
-    worth: Positive = 0.05
+    worth: Magnitude = 0.05
     """A loop that moves the pose by at least this, m, has the graph solved at once."""
-    worth_turn: Positive = 0.01
+    worth_turn: Magnitude = 0.01
     """Or by this, rad."""
     every: Count = 40
     """After this many loops it is solved in any case."""
@@ -225,7 +225,7 @@ class FreeSpaceSettings(Settings):
     """How far to look, m."""
     body: Reach = 0.35
     """So far about its origin it is free, for the robot could turn there, m."""
-    before: Positive = 0.1
+    before: Magnitude = 0.1
     """The last part of a beam before its hit does not count as free, m."""
     every: Count = 5
     """After this many ticks a scan is drawn, the first that is matched then; one that shows something new, at once."""
@@ -240,38 +240,38 @@ class FreeSpaceSettings(Settings):
 class PlanSettings(Settings):
     """The shortest ways over the grid."""
 
-    room: Positive = 0.9
+    room: Magnitude = 0.9
     """The robot's origin keeps this many of its radii from cells with a wall, middle to middle, at least."""
-    ease: Positive = 0.5
+    ease: Magnitude = 0.5
     """Nearer to a wall than this, a path costs more, m."""
-    dear: Positive = 3.0
+    dear: Magnitude = 3.0
     """At a wall by this many times."""
-    rim_room: Positive = 1.12
+    rim_room: Magnitude = 1.12
     """The rim of what has been seen counts where there is this much room, in radii."""
     least_rim: Count = 3
     """A frontier has at least this many cells: no robot fits through a smaller one."""
-    before_door: Positive = 0.6
+    before_door: Magnitude = 0.6
     """The way to a dead end that may be a door ends so far before it, m."""
 
 
 class ReckoningSettings(Settings):
     """What odometry's errors can explain: a robot that is farther off was carried."""
 
-    most_step: Annotated[Positive, Grows(speed=1)] = 0.2
+    most_step: Annotated[Magnitude, Grows(speed=1)] = 0.2
     """A step of odometry from tick to tick longer than this, m, is not a movement: it is not known how far it was."""
-    most_turn: Positive = 0.4
+    most_turn: Magnitude = 0.4
     """Nor is one that turns by more, rad."""
-    place: Positive = 0.1
+    place: Magnitude = 0.1
     """The robot may be off by this much, m,"""
     place_way: Share = 0.06
     """and by this much more for each metre of way, m,"""
-    turn: Positive = 0.1
+    turn: Magnitude = 0.1
     """and in heading by this much, rad,"""
-    turn_way: Positive = 0.03
+    turn_way: Magnitude = 0.03
     """and by this much more for each metre of way, rad,"""
     turn_turn: Share = 0.05
     """and for each radian of turn,"""
-    slips: Positive = 3.0
+    slips: Magnitude = 3.0
     """and by this many times what scans have lately had to correct, for wheels that slip."""
     fading: Share = 0.9
     """With each scan an older correction counts this much of what it did."""
@@ -286,7 +286,7 @@ class PlaceSettings(Settings):
     """With fewer a scan says nothing."""
     direction: Step = math.radians(5)
     """Hits within this angle are one direction, rad."""
-    widest: Positive = math.radians(120)
+    widest: Magnitude = math.radians(120)
     """A sector up to this wide may look otherwise than the map does, rad: a door has shut, or something has come."""
     agreeing: Share = 0.6
     """Share of the hits that lie on walls of the grid where the place is known: some of what is in sight may be new."""
@@ -312,7 +312,7 @@ class PlaceSettings(Settings):
     """After this many that do not fit, one after the other, the robot is lost."""
     doubts: Count = 40
     """And after a doubt of this many scans, of which some fit and some do not."""
-    blind: Positive = 0.15
+    blind: Magnitude = 0.15
     """Without scans the place is doubtful once it deviates by this much, m."""
     headings: Count = 144
     """The circle is divided into this many headings that are tried."""
@@ -334,11 +334,11 @@ class PlaceSettings(Settings):
     """A scan is matched with this many keyframes, the nearest ones."""
     looks: Count = 6
     """A place is accepted after this many scans that fit,"""
-    way: Positive = 3.5
+    way: Magnitude = 3.5
     """after this much way, m: the only place left was a wrong one for 2.7 m at most,"""
-    walls: Positive = 9.0
+    walls: Magnitude = 9.0
     """and after this length of wall on the map that the first of them has not shown, m,"""
-    no_rival: Positive = 0.3
+    no_rival: Magnitude = 0.3
     """and when no other place farther than this from it, m, fits as well."""
 
 

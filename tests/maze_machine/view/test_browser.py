@@ -529,6 +529,7 @@ def test_a_machine_is_tried_on_the_page(opened, tmp_path, monkeypatch):
         assert page.locator("#pending").inner_text() == "space.left"
         page.get_by_role("button", name="Microstep").click()
         shows("turning")
+        page.wait_for_function("element('now').textContent.includes('microstep')")  # the next redraw
         assert "microstep 1 of 2" in page.locator("#now").inner_text()
         page.get_by_role("button", name="Microstep").click()
         shows("waiting")
